@@ -72,6 +72,24 @@ def test_drift_and_rate_turn_round_as_they_must(ahead):
     assert found.n_r < 0
 
 
+def test_a_ship_keeps_its_course_or_not_as_its_derivatives_say():
+    """Eigenvalues of sway and yaw straight ahead, with the rigid body's own m U r and m xG U r, which MSS's N lacks."""
+    speed, xg, form = 7.0, 4.0, MainDimensions(200.0, 32.0, 11.0, 0.78 * 200 * 32 * 11)
+    vehicle = pl.Vehicle.from_dict(ship(200.0, 32.0, 11.0, 0.78, xg=xg, coriolis={"added": "none"}))
+    found, m, scale = clarke_derivatives(form), RHO * form.volume, 0.5 * RHO * 200.0**2 * speed
+    damping = np.array([
+        [-scale * found.y_v, m * speed - scale * 200 * found.y_r],
+        [-scale * 200 * found.n_v, m * xg * speed - scale * 200**2 * found.n_r],
+    ])  # fmt: skip
+    mass = vehicle.config.body.mass_matrix[np.ix_([1, 5], [1, 5])]
+    nu = np.array([[speed, s * v, 0, 0, 0, s * r] for v, r in ((1e-4, 0.0), (0.0, 1e-7)) for s in (1, -1)])
+    a = vehicle.accelerations(np.zeros((4, 6)), nu, np.zeros((4, 0)), np.zeros((4, 0)))[0][:, [1, 5]]
+    measured = np.stack([(a[0] - a[1]) / 2e-4, (a[2] - a[3]) / 2e-7], axis=-1)
+    roots = [np.sort(np.linalg.eigvals(x)) for x in (measured, -np.linalg.solve(mass, damping))]
+    assert roots[0] == pytest.approx(roots[1], rel=1e-6)
+    assert roots[1][0] < 0 < roots[1][1]  # a full form without a skeg: unstable on its course
+
+
 CAPTIVE = {
     # KVLCC2: Yasukawa and Yoshimura 2015, by rho/2 L d; Mariner: Chislett and Stroem-Tejsen 1965, less the mass's part
     "kvlcc2": (

@@ -54,8 +54,8 @@ def near(draw: Random) -> Any:
 
 
 UP = (
-    "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate", "zeefakkel", "otter", "wamv",
-    "surface_vessel", "quadrotor", "fixed_wing",
+    "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate", "zeefakkel", "navalvessel", "otter",
+    "wamv", "surface_vessel", "quadrotor", "fixed_wing",
 )  # fmt: skip
 """At the surface or above."""
 

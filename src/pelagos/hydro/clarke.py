@@ -39,7 +39,7 @@ class MainDimensions:
         return self.volume / (self.length * self.beam * self.draught)
 
     def outside(self) -> str:
-        """What is beyond `RANGES`, as a sentence; empty where nothing is."""
+        """Ratio that is beyond `RANGES`, as a sentence; empty where none is."""
         ratios = (self.length / self.beam, self.beam / self.draught, self.block)
         for (name, (low, high)), ratio in zip(RANGES.items(), ratios, strict=True):
             if not low <= ratio <= high:
@@ -80,4 +80,4 @@ def clarke_derivatives(form: MainDimensions) -> ClarkeDerivatives:
 
 def surge_added_mass(form: MainDimensions, density: float) -> float:
     """-Xudot = 2.7 rho volume^(5/3)/L^2 [kg] (Soeding 1982); density of the water [kg/m^3]."""
-    return 2.7 * density * form.volume ** (5 / 3) / form.length**2
+    return 2.7 * density * math.pow(form.volume, 5 / 3) / form.length**2

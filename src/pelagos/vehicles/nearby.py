@@ -71,7 +71,7 @@ class GroundMass:
 
 
 def shoaling(slope: Matrix, flow: Flow) -> list[Array]:
-    """What added mass that has the `slope` dM_A/dh `(6, 6)` takes where the depth changes on the way (6) [N], [N m]."""
+    """Force and moment (6) of added mass that has the `slope` dM_A/dh `(6, 6)` where the depth changes on the way."""
     deepening = flow.deepening
     return shoaling_wrench(slope, flow.nu_c, deepening, dot(deepening, flow.nu[:3]))
 
