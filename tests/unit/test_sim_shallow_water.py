@@ -85,6 +85,30 @@ def test_a_fast_boat_feels_the_ground_beyond_two_lengths():
     assert found[1] / found[0] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    "ship",
+    [
+        {"type": "kvlcc2", "actuators": {"rudder": {"shallow_water": {"midship": 0.998}}}},
+        {"type": "tanker", "added_mass": {"water_depth_m": "world"}},
+    ],
+)
+def test_level_ground_takes_no_momentum(ship):
+    """To rounding: the depth under the ship changes with its place alone, and not with its heave."""
+    with_it = {**ship}
+    if ship["type"] == "tanker":
+        with_it["added_mass"] = {**ship["added_mass"], "momentum": True}
+    else:
+        with_it["actuators"] = {"rudder": {"shallow_water": {"midship": 0.998, "momentum": True}}}
+    orders = [0.2] if ship["type"] == "kvlcc2" else [0.2, 1.3]
+    ends = []
+    for vehicle in (ship, with_it):
+        sim = pl.Simulation.load(scenario(vehicle=vehicle))
+        sim.set_state("s0", velocity=[[7.0, -0.5, 0.3]])
+        sim.step({"s0": orders}, ticks=30)
+        ends.append(np.concatenate([sim.state["s0"].velocity[0], sim.state["s0"].angular_velocity[0]]))
+    assert ends[1] == pytest.approx(ends[0], rel=1e-9, abs=1e-12)
+
+
 def test_lanes_and_checkpoints_keep_the_bytes():
     both, alone = (pl.Simulation.load(scenario(k)) for k in (2, 1))
     both.step(ticks=30)
