@@ -30,6 +30,8 @@ from pelagos.vehicles.wetness import Wetness
 
 DEAF = {
     "actuators.ship_engine.service_hz": "trials and missions order it; the engine itself turns as it is told",
+    "modes.engine_forces.command=place": "refused beside thrusters; see tests of HoloOcean's agents",
+    "modes.engine_forces.command=pose": "as place",
     "terms.hydrostatic.center_of_flotation_m.2": "heave, roll and pitch act through x and y of that point alone",
     "terms.roll_damping.sections=hull": "refused beside the numbers of a form; see test_roll_sections",
 }
