@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,19 +25,20 @@ def fit_vehicle(
     from pelagos.identification.output import write_fit
     from pelagos.vehicles.vehicle import Vehicle
 
-    name, vehicle = _vehicle(path, changes, agent, trust)
+    scenario = load_scenario(path, changes=changes, trust=trust)
+    name = _agent(scenario.members, agent, path)
+    vehicle = scenario.members[name].vehicle
     made_plan = load_plan(plan, recording=data if data.suffix == ".mcap" else None, agent=name)
     names = Vehicle(vehicle).actuator_names
     record = read_record(data, made_plan, names)
     with err.status("fitting") as status:
-        made = fit(vehicle, record, made_plan, tell=lambda text: status.update(f"fitting: {text}"))
+        made = fit(vehicle, record, made_plan, scenario=scenario, tell=lambda text: status.update(f"fitting: {text}"))
     table = Table(box=None)
     for head in ("parameter", "prior", "found", "95 %", "identified"):
         table.add_column(head, justify="left" if head in ("parameter", "identified") else "right")
     for e in made.estimates:
-        said = "at its bound" if e.bounded else "yes" if e.identified else "no, mostly the prior"
         table.add_row(
-            e.parameter.name, f"{e.parameter.prior:.5g}", f"{e.value:.5g}", f"{e.low:.5g} .. {e.high:.5g}", said
+            e.parameter.name, f"{e.parameter.prior:.5g}", f"{e.value:.5g}", f"{e.low:.5g} .. {e.high:.5g}", e.said
         )
     out.print(table)
     for a, b, c in made.certainty.alike:
@@ -51,13 +52,12 @@ def fit_vehicle(
     out.print(f"wrote {', '.join(f.name for f in files)} in {where}", markup=False)
 
 
-def _vehicle(path: Path, changes: Sequence[str], agent: str, trust: bool) -> tuple[str, Any]:
-    members = load_scenario(path, changes=changes, trust=trust).members
+def _agent(members: Mapping[str, Any], agent: str, path: Path) -> str:
+    """Name of the agent whose vehicle is fitted."""
     if agent and agent not in members:
         raise LookupFailed("agent", agent, members, where=str(path))
     if not members:
         raise InputError(f"{path} has no agents, and so no vehicle to fit")
     if not agent and len(members) != 1:
         raise InputError(f"{path} has {len(members)} agents ({', '.join(members)}): say which with --agent")
-    name = agent or next(iter(members))
-    return name, members[name].vehicle
+    return agent or next(iter(members))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -13,6 +14,16 @@ from rich.table import Table
 
 from pelagos.cli.console import out as console
 from pelagos.errors import InputError, LookupFailed
+
+
+class TimeUnit(StrEnum):
+    """Units of a column of times."""
+
+    s = "s"
+    ms = "ms"
+    us = "us"
+    ns = "ns"
+
 
 _TERMS: Final = ("white", "bias_instability", "random_walk")
 
@@ -32,34 +43,46 @@ def fit_noise(
     beams: Annotated[
         str, typer.Option(metavar="A,B,C,D", help="Of a velocity log, in order around.", show_default=False)
     ] = "",
-    time: Annotated[str, typer.Option(metavar="NAME", help="Column of the time [s].")] = "t",
-    prefix: Annotated[str, typer.Option(metavar="TEXT", help="Of the keys, such as gyroscope_.")] = "",
+    time: Annotated[
+        str, typer.Option(metavar="NAME", help="Column of the time, with --columns.", show_default="t")
+    ] = "",
+    time_unit: Annotated[TimeUnit, typer.Option(help="Of that column.")] = TimeUnit.s,
+    prefix: Annotated[
+        str, typer.Option(metavar="TEXT", help="Of the keys, such as gyroscope_.", show_default=False)
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Identify a sensor's noise: Allan deviation at rest, or beams of a velocity log on its way; as keys."""
     from pelagos.identification.noise import even_rate, keys_of
     from pelagos.identification.noise import fit_noise as fitted
+    from pelagos.identification.plan import UNIT_SCALES
     from pelagos.identification.table import read_table
 
     if bool(columns) == bool(beams):
         raise InputError("give --columns of a sensor at rest, or --beams of a velocity log")
-    table = read_table(data, _names(beams) or [time, *_names(columns)])
     if beams:
-        _show_beams(table, _names(beams), data, as_json)
+        if time or prefix or time_unit != TimeUnit.s:
+            raise InputError("--time, --time-unit and --prefix belong to --columns: beams need no time")
+        _show_beams(read_table(data, _names(beams)), _names(beams), data, as_json)
         return
-    names = _names(columns)
-    series = _chosen(table, [time, *names], data)
+    if prefix and not prefix.isidentifier():
+        raise InputError(f"--prefix {prefix!r}: keys have letters, digits and _ alone, such as gyroscope_")
+    names, time = _names(columns), time or "t"
+    if time in names:
+        raise InputError(f"{columns}: {time} is the time; name columns of the sensor")
+    series = _chosen(read_table(data, [time, *names]), [time, *names], data)
     with _named(str(data)):
-        rate = even_rate(series[0])
+        rate = even_rate(series[0] * UNIT_SCALES[time_unit.value])
     found = {}
     for name, x in zip(names, series[1:], strict=True):
         with _named(f"{data}: column {name!r}"):
-            found[name] = fitted(x, rate)
+            found[name] = fitted(x, rate, label=f"{data}: column {name!r}: ")
     keys = keys_of(found, prefix)
     if as_json:
         axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
         console.print_json(json.dumps({"rate_hz": rate, "axes": axes, "keys": keys}))
         return
+    console.print(f"{len(series[0])} samples, {rate:.6g} a second: {len(series[0]) / rate:.4g} s", markup=False)
     shown = Table(box=None)
     for head in ("axis", "white [x/sqrt(Hz)]", "bias instability [x]", "random walk [x/sqrt(s)]", "mean [x]"):
         shown.add_column(head, justify="left" if head == "axis" else "right")
@@ -113,6 +136,8 @@ def _named(where: str) -> Iterator[None]:
 
 def _names(text: str) -> list[str]:
     found = [name.strip() for name in text.split(",") if name.strip()]
+    if text and not found:
+        raise InputError(f"{text!r} names no column")
     twice = sorted({name for name in found if found.count(name) > 1})
     if twice:
         raise InputError(f"{text}: {', '.join(twice)} is named twice")

@@ -16,6 +16,8 @@ NORMAL_95: Final = 1.959964
 """Half width of a normal law's 95 % interval."""
 UNTOLD: Final = 0.5
 """A parameter whose interval is narrower than its prior's by less than this factor is not identified."""
+UNFELT: Final = 0.01
+"""Influence below which nothing that was recorded depends on a parameter: alone, it would narrow the prior by 5e-5."""
 ALIKE: Final = 0.98
 """Correlation from which two parameters cannot be told apart."""
 
@@ -31,6 +33,8 @@ class Certainty:
         told: share of the prior's spread that the data took away, 0 to 1 `(p,)`.
         alike: pairs that cannot be told apart: names and correlation.
         memory: number of rows after which residuals are new.
+        influence: change of what is fitted by one standard deviation of each prior, in standard deviations of the
+            noise, summed as squares `(p,)`.
     """
 
     fisher: NDArray[np.float64]
@@ -39,6 +43,7 @@ class Certainty:
     told: NDArray[np.float64]
     alike: tuple[tuple[str, str, float], ...]
     memory: float
+    influence: NDArray[np.float64]
 
 
 def certainty(problem: Problem, found: Found, *, resamplings: int, seed: int = 0) -> Certainty:
@@ -65,7 +70,8 @@ def certainty(problem: Problem, found: Found, *, resamplings: int, seed: int = 0
         (names[i], names[j], float(correlation[i, j]))
         for i in range(p) for j in range(i) if abs(correlation[i, j]) > ALIKE
     )  # fmt: skip
-    return Certainty(spread, _resampled(whole, scores, resamplings, seed), correlation, told, alike, memory)
+    influence = np.sqrt(np.diag(found.normal.own.sum(axis=0)) / problem.precision)
+    return Certainty(spread, _resampled(whole, scores, resamplings, seed), correlation, told, alike, memory, influence)
 
 
 def _scores(normal: Normal, p: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -72,7 +72,7 @@ def clock_of(stamps: Any, column: ColumnConfig, where: str, origin_s: float = 0.
     if not np.isfinite(raw).all():
         raise InputError(f"{where}: the time of row {int(np.argmin(np.isfinite(raw))) + 1} is not a number")
     if len(raw) < _ROWS:
-        raise InputError(f"{where}: {len(raw)} rows are too few to identify anything from")
+        raise InputError(f"{where}: {len(raw)} of the {_ROWS} rows that a record needs at least")
     digits = (1.0 if whole else float(np.spacing(np.abs(raw).max()))) * abs(column.factor)
     t = (raw - raw[0]).astype(np.float64) * column.factor
     start = origin_s + (float(raw[0]) - column.zero) * column.factor

@@ -1,4 +1,4 @@
-"""Doubts about a fit that was made, and about the commands of a record, in words."""
+"""Doubts about a fit that was made, about the commands of a record and about its water, in words."""
 
 from __future__ import annotations
 
@@ -9,20 +9,18 @@ import numpy as np
 
 from pelagos.identification.record import Record
 from pelagos.identification.steps import DOUBTED
+from pelagos.identification.water import Water
 from pelagos.vehicles.model import Model
+from pelagos.vehicles.terms.windage import Windage
 
 if TYPE_CHECKING:
     from pelagos.identification.fit import Fit, Score
 
 _DIGITS = 3  # of R2, as printed
-_TOLD = 0.01  # share of a force: a smaller loss is not told
-_UPRIGHT = (0.0, 0.0, 1.0)  # direction of gravity, FRD
 
 
 def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
-    """Actuators that the record says nothing of, commands that they do not follow, and forces that the surface takes
-    in a simulation.
-    """
+    """Actuators that the record says nothing of, and commands that they do not follow."""
     silent = [name for name in model.actuators if name not in record.commands]
     found = []
     if silent:
@@ -39,30 +37,33 @@ def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
                 f"{high:.4g} in {100 * beyond.mean():.2g} % of the rows, where it stays at them; another unit, "
                 "or other limits?"
             )
-    return (*found, *_near_the_surface(record, model))
+    return tuple(found)
 
 
-def _near_the_surface(record: Record, model: Model) -> Iterator[str]:
-    """Actuators that keep less of their force in a simulation than in a fit, in which all are deep."""
-    if model.wetting is None:
-        return
-    known = record.values("depth")
-    depths = record.assumed.get("depth", 0.0) if known is None else np.concatenate([known[a:b] for a, b in record.runs])
-    shallowest = float(np.min(depths))
-    for name, actuator in model.actuators.items():
-        if actuator.site.keeps not in ("propeller", "fin"):
-            continue
-        left = float(actuator.site.share_at(shallowest, _UPRIGHT))
-        if left < 1 - _TOLD:
-            yield (
-                f"{name} is so near the surface that a run takes up to {100 * (1 - left):.2g} % of its force, and the "
-                "fit nothing: place it deeper, or give the diameter or span that it has"
-            )
+def doubts_of_water(water: Water, model: Model) -> tuple[str, ...]:
+    """What a run of the scenario would have around this vehicle, and a fit has not."""
+    windy = model.in_air or any(isinstance(term, Windage) for term in model.terms.values())
+    deaf = {"ocean.wind": not windy, "ocean.tide": model.wetting is None}
+    found = []
+    left_out = [key for key in water.left_out if not deaf.get(key, False)]
+    if left_out:
+        found.append(f"{', '.join(left_out)}: left out, the fit takes the water to be at rest under a flat surface")
+    if water.ground and model.feels_planes:
+        found.append(
+            f"the vehicle feels ground and walls, and the world is of the type {water.ground}: they are taken to be far"
+        )
+    return tuple(found)
 
 
 def doubts_of_fit(made: Fit) -> tuple[str, ...]:
-    """A search that did not end, and an unseen part that is predicted badly."""
+    """Parameters without influence, a search that did not end, and an unseen part that is predicted badly."""
     found = []
+    unfelt = [e.parameter.name for e in made.estimates if not e.felt]
+    if unfelt:
+        found.append(
+            f"nothing that was recorded depends on {', '.join(unfelt)}: still at the prior; leave it out, or record a "
+            "motion in which it acts"
+        )
     if not made.found.settled:
         found.append(
             f"the search did not settle in {made.plan.iterations} steps: give more iterations or narrower priors"

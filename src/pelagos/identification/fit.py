@@ -6,15 +6,17 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, PelagosWarning
-from pelagos.identification.certainty import NORMAL_95, UNTOLD, Certainty, certainty
+from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
 from pelagos.identification.coordinates import COORDINATES
-from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit
+from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
 from pelagos.identification.problem import (
@@ -29,6 +31,7 @@ from pelagos.identification.record import Record
 from pelagos.identification.search import Found, search
 from pelagos.identification.shots import Shooter, Shots
 from pelagos.identification.steps import MOST, SHARE, finite_substeps, step_shift
+from pelagos.identification.water import Water, depth_told, water_of
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -47,6 +50,7 @@ class Estimate:
         told: share of the prior's spread that the data took away.
         bounded: whether it stands at a bound.
         step_shift: by how much the simulation's steps shift it, in its unit.
+        felt: whether anything that was recorded depends on it.
     """
 
     parameter: Parameter
@@ -59,6 +63,14 @@ class Estimate:
     told: float
     bounded: bool
     step_shift: float = 0.0
+    felt: bool = True
+
+    @property
+    def said(self) -> str:
+        """Whether it is identified, in words."""
+        if not self.felt:
+            return "no: without influence"
+        return "at its bound" if self.bounded else "yes" if self.identified else "no: mostly the prior"
 
 
 @dataclass(frozen=True)
@@ -130,6 +142,7 @@ def fit(
     record: Record,
     plan: Plan,
     *,
+    scenario: Scenario | Mapping[str, Any] | str | Path | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Fit:
     """Identify `plan.parameters` of a vehicle.
@@ -138,6 +151,7 @@ def fit(
         vehicle: as a scenario has it; its numbers are the priors.
         record: from `read_record` with the same plan.
         plan: parameters and the way of fitting.
+        scenario: whose water it was, at rest, and whose ground, if that is flat; None: open sea, deep.
         tell: hears of progress.
 
     Raises:
@@ -152,13 +166,14 @@ def fit(
     if not plan.parameters:
         raise InputError("plan: parameters: name at least one, such as terms.damping.diagonal.0: {}")
     data = vehicle_with_plan(vehicle, plan)
-    _depth_told(data, record)
-    parameters = parameters_of(plan.parameters, data)
-    family = Family(_calm(data, plan), parameters)
-    doubtful = doubts_of_commands(record, family.model)
+    water = water_of(scenario)
+    parameters = parameters_of(plan.parameters, data, water.outside)
+    family = Family(_calm(data, plan), parameters, water.outside)
+    depth_told(record, family.model)
+    doubtful = (*doubts_of_commands(record, family.model), *doubts_of_water(water, family.model))
     for text in doubtful:
         warnings.warn(text, PelagosWarning, stacklevel=2)
-    shooter = shooter_of(family, record)
+    shooter = shooter_of(family, record, water)
     all_shots, joined = cut_shots(record, plan)
     shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
     count = max(1, round(plan.train * len(all_shots)))
@@ -206,7 +221,9 @@ def _searched(
 def _narrowed(estimates: tuple[Estimate, ...]) -> None:
     """Refuse a fit that says nothing."""
     if not any(e.identified for e in estimates):
-        told = ", ".join(f"{e.parameter.name} {100 * e.told:.0f} %" for e in estimates)
+        told = ", ".join(
+            f"{e.parameter.name} {100 * e.told:.0f} %{'' if e.felt else ', without influence'}" for e in estimates
+        )
         raise InputError(
             "too little excitation: the record narrows no parameter's prior to half of its spread "
             f"({told}); record a motion in which these matter, or give narrower questions"
@@ -221,7 +238,12 @@ def _doubted(made: Fit, doubtful: tuple[str, ...]) -> Fit:
 
 
 def open_loop(
-    vehicle: VehicleConfig | Mapping[str, Any], record: Record, plan: Plan, outside: Mapping[str, float] | None = None
+    vehicle: VehicleConfig | Mapping[str, Any],
+    record: Record,
+    plan: Plan,
+    outside: Mapping[str, float] | None = None,
+    *,
+    scenario: Scenario | Mapping[str, Any] | str | Path | None = None,
 ) -> tuple[Score, NDArray[np.float64], Shots]:
     """A vehicle as it is, against a record: every shot from its measured state, with the recorded commands only.
 
@@ -230,15 +252,16 @@ def open_loop(
         record: another run.
         plan: its columns and the length of shots.
         outside: current and offsets by name, as in a plan's paths.
+        scenario: see `fit`.
     """
-    data = vehicle_with_plan(vehicle, plan)
-    _depth_told(data, record)
+    data, water = vehicle_with_plan(vehicle, plan), water_of(scenario)
     given = [Parameter(n, (n,), (1.0,), v, 1.0, -np.inf, np.inf, False) for n, v in (outside or {}).items()]
     for parameter in given:
         if parameter.name not in OUTSIDE:
             raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
-    family = Family(_calm(data, plan), given)
-    shooter = shooter_of(family, record)
+    family = Family(_calm(data, plan), given, water.outside)
+    depth_told(record, family.model)
+    shooter = shooter_of(family, record, water)
     shots, _ = cut_shots(record, plan)
     shooter.divide(finite_substeps(shooter, family, shots, plan.substeps))
     at = np.array([p.prior for p in given])
@@ -246,11 +269,11 @@ def open_loop(
     return score(shooter, family, at, record, shots), seen, shots
 
 
-def shooter_of(family: Family, record: Record) -> Shooter:
+def shooter_of(family: Family, record: Record, water: Water | None = None) -> Shooter:
     """Plays a family's shots with a record's commands."""
     start = [p.coordinate(p.prior) for p in family.parameters]
     vehicle = Vehicle(family.config_at(start))
-    return Shooter(vehicle, family.model, family.places, record.commands, record.step_s)
+    return Shooter(vehicle, family.model, family.places, record.commands, record.step_s, water=water)
 
 
 def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Record, shots: Shots) -> Score:
@@ -268,16 +291,6 @@ def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Rec
         r2[name] = 1 - float((off[:, k][known] ** 2).sum()) / max(spread, 1e-300)
         rms[name] = float(np.sqrt((off[:, k][known] ** 2).mean()))
     return Score(r2, rms, len(shots), len(shots) * shots.steps * record.step_s)
-
-
-def _depth_told(data: Mapping[str, Any], record: Record) -> None:
-    """Refuse a submerged vehicle whose depth nothing says: at the surface it would be another one."""
-    submerged = [name for name, term in data["terms"].items() if term and term["type"] == "submerged"]
-    if submerged and record.values("depth") is None and "depth" not in record.assumed:
-        raise InputError(
-            f"plan: the vehicle is submerged (terms.{submerged[0]}), and nothing says how deep: name a column for "
-            "depth, or the depth that it kept, such as start: {depth: 5}"
-        )
 
 
 def _some(shots: Shots, which: slice) -> Shots:
@@ -322,8 +335,9 @@ def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty, shift
         wider = resampled if above - below > 2 * spread else fisher
     bounded = value in (parameter.low, parameter.high)
     identified = float(sure.told[k]) > UNTOLD and not bounded
+    felt = float(sure.influence[k]) > UNFELT
     moved = float(shift[k]) * parameter.slope(at)
-    return Estimate(parameter, value, *wider, fisher, resampled, identified, float(sure.told[k]), bounded, moved)
+    return Estimate(parameter, value, *wider, fisher, resampled, identified, float(sure.told[k]), bounded, moved, felt)
 
 
 def _between(parameter: Parameter, start: float, end: float) -> tuple[float, float]:

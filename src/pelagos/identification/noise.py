@@ -6,7 +6,8 @@ signal sources and measurement methods", Proc. 35th Annual Symposium on Frequenc
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from pelagos.errors import InputError
+from pelagos.errors import InputError, PelagosWarning
+from pelagos.identification.coordinates import PLAUSIBLE
 from pelagos.sensors.noise import FLOOR
 
 Floats = NDArray[np.float64]
@@ -23,8 +25,19 @@ _LONGEST: Final = 9  # clusters that the longest averaging time must leave
 _PER_DECADE: Final = 6
 _VISIBLE: Final = 0.25
 """Share of the variance that a term must have at some averaging time to be seen by eye in the curve."""
+_SURE: Final = 2.0  # standard deviations of the curve, which a term must exceed besides
+_UNLIKE: Final = 0.5
+"""Logarithm of measured over modelled deviation from which the three terms are not what the record shows, where the
+curve is known to a tenth."""
+_KNOWN: Final = 50  # clusters that know the curve to a tenth (IEEE Std 952-1997, equation C.20)
+_OUTLIER: Final = 30.0  # of the median change from sample to sample: normal noise changes by 7 of it once in 1e6
+_LONG_S: Final = 60.0  # between samples: of a clock in another unit
+_ZEROS: Final = 0.005  # share of pings
+_STRAY: Final = 10.0  # standard deviations
 _UNEVEN: Final = 0.02
 _REWEIGHTED: Final = 6
+_AROUND: Final = np.array([1.0, -1.0, 1.0, -1.0])
+"""Signs of beams in order around the vertical that leave nothing of a velocity."""
 _SHOWN: Final = 3
 
 
@@ -93,6 +106,8 @@ def even_rate(time: Floats) -> float:
             rows = ", ".join(str(k + 2) for k in np.flatnonzero(wrong)[:_SHOWN])
             raise InputError(f"times {words}: row {rows} ({int(wrong.sum())} such)")
     middle = float(np.median(step))
+    if middle > _LONG_S:
+        raise InputError(f"samples are {middle:.4g} s apart; is the time in ms, us or ns? Give seconds")
     off = np.abs(step - middle) > max(0.5 * middle, 1e-9)
     if off.any() or abs(float(step.mean()) / middle - 1) > _UNEVEN:
         k = int(np.argmax(np.abs(step - middle)))
@@ -103,15 +118,19 @@ def even_rate(time: Floats) -> float:
     return 1 / float(step.mean())
 
 
-def fit_noise(values: Floats, rate_hz: float) -> SensorNoise:
+def fit_noise(values: Floats, rate_hz: float, *, label: str = "") -> SensorNoise:
     """Noise terms of a sensor that was at rest.
 
     Args:
         values: samples `(n,)`, evenly in time, of a quantity that did not change.
         rate_hz: samples per second.
+        label: for warnings, such as "gyro_x: ".
 
     Raises:
         InputError: fewer than 200 samples, or some not finite, or all the same.
+
+    Warns:
+        PelagosWarning: samples stand out, or the curve is not that of the three terms.
     """
     values = np.asarray(values, dtype=np.float64)
     if len(values) < _FEWEST:
@@ -125,13 +144,16 @@ def fit_noise(values: Floats, rate_hz: float) -> SensorNoise:
     counts = np.unique(np.geomspace(1, longest, max(4, round(_PER_DECADE * np.log10(longest)))).astype(int))
     deviation = np.array([allan_deviation(values, int(m)) for m in counts])
     tau = counts / rate_hz
-    terms = np.stack([1 / tau, np.full(len(tau), FLOOR**2), tau / 3], axis=-1)
+    # samples of a walk (not its means): the second difference of means of m has the variance K^2 (2 m^2 + 1)/(3 m) step
+    terms = np.stack([1 / tau, np.full(len(tau), FLOOR**2), tau / 3 * (1 + 0.5 / counts**2)], axis=-1)
     weight = np.sqrt(len(values) / counts) / deviation**2  # an Allan variance is known to sqrt(m/n) of itself
     squares = nnls(terms * weight[:, None], deviation**2 * weight)[0]
-    shares = (terms * squares / deviation[:, None] ** 2).max(axis=0)
-    white, floor, walk = (
-        Term(float(np.sqrt(s)), bool(share > _VISIBLE)) for s, share in zip(squares, shares, strict=True)
-    )
+    unsure = np.sqrt(2 / (len(values) / counts - 1))  # of an Allan variance, relative: IEEE Std 952-1997, equation C.20
+    seen = (terms * squares / deviation[:, None] ** 2 > np.maximum(_VISIBLE, _SURE * unsure)[:, None]).any(axis=0)
+    white, floor, walk = (Term(float(np.sqrt(s)), bool(v)) for s, v in zip(squares, seen, strict=True))
+    off = np.log(deviation / np.sqrt(np.maximum(terms @ squares, 1e-300)))
+    for text in _doubts(values, rate_hz, tau, np.where(counts <= len(values) / _KNOWN, off, 0.0)):
+        warnings.warn(label + text, PelagosWarning, stacklevel=2)
     return SensorNoise(
         white,
         floor,
@@ -144,6 +166,25 @@ def fit_noise(values: Floats, rate_hz: float) -> SensorNoise:
         rate_hz,
         len(values),
     )
+
+
+def _doubts(values: Floats, rate_hz: float, tau: Floats, off: Floats) -> Iterator[str]:
+    """Faults of a record in words: samples that stand out, and a curve that is `off` (logarithm) at `tau` [s]."""
+    change = np.abs(np.diff(values))
+    usual = float(np.median(change[change > 0]))
+    far = np.flatnonzero(change > _OUTLIER * usual)
+    if len(far):
+        k = int(far[0])
+        yield (
+            f"{len(far)} changes from sample to sample are more than {_OUTLIER:g} times the usual {usual:.2g}, the "
+            f"first after sample {k + 1} ({k / rate_hz:.6g} s): leave faults out, or give a stretch without them"
+        )
+    k = int(np.argmax(np.abs(off)))
+    if abs(off[k]) > _UNLIKE:
+        yield (
+            f"the Allan deviation at {tau[k]:.3g} s is {np.exp(off[k]):.2g} times what white noise, bias instability "
+            "and random walk make together: was the sensor at rest, and warm?"
+        )
 
 
 def _step_of(values: Floats) -> float:
@@ -176,7 +217,13 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     whole = table[heard.all(axis=1)]
     if len(whole) < _FEWEST:
         raise InputError(f"{len(whole)} pings have all four beams: give {_FEWEST} or more")
-    left = whole @ [1.0, -1.0, 1.0, -1.0]
+    fastest = float(np.abs(whole).max())
+    if fastest > PLAUSIBLE["u"]:
+        raise InputError(f"a beam reads {fastest:.4g} m/s, more than any vehicle has; in mm/s? Give m/s")
+    left = whole @ _AROUND
+    if np.ptp(left) == 0:
+        raise InputError("b1 - b2 + b3 - b4 never changes: there is no noise in this record")
+    _refuse_zeros(whole, left)
     size = (whole**2).sum(axis=1)
     others = [whole @ s for s in ([1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0])]
     if min(float(x.std()) for x in others) < 0.5 * float(left.std()):
@@ -191,6 +238,19 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
         model = np.maximum(basis @ squares, 1e-3 * float(np.mean(off**2)))
     lost = tuple(float(x) for x in 1 - heard.mean(axis=0))
     return BeamNoise(float(np.sqrt(squares[0])), float(np.sqrt(squares[1])), lost, len(whole))
+
+
+def _refuse_zeros(whole: Floats, left: Floats) -> None:
+    """Refuse beams `(n, 4)` that write 0 where they are lost, by the other three."""
+    noise = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+    for k, sign in enumerate(_AROUND):
+        others = whole[:, k] - sign * left  # what the others say of this beam
+        stray = (whole[:, k] == 0) & (np.abs(others) > _STRAY * noise)
+        if stray.mean() > _ZEROS:
+            raise InputError(
+                f"beam {k + 1} reads exactly 0 in {int(stray.sum())} pings in which the other three say otherwise, "
+                f"the first in row {int(np.argmax(stray)) + 1} of those with four beams: leave lost cells empty"
+            )
 
 
 def keys_of(found: Mapping[str, SensorNoise], prefix: str) -> dict[str, float]:

@@ -49,7 +49,7 @@ def vehicle_yaml(made: Fit, *, data: str) -> str:
         + ",".join(f" {n} R2 {quality.r2[n]:.3f}" for n in quality.r2 if n not in COORDINATES[:6]),
         *(
             f"{e.parameter.name} = {e.value:.6g} [{e.low:.6g}, {e.high:.6g}], prior {e.parameter.prior:.6g}"
-            + ("" if e.identified else "  NOT IDENTIFIED: the record says little, this is mostly the prior")
+            + ("" if e.identified else f"  NOT IDENTIFIED: {_why(e)}")
             for e in made.estimates
         ),
         "Intervals: 95 %, the wider of Fisher's and that of resampled shots.",
@@ -61,6 +61,13 @@ def vehicle_yaml(made: Fit, *, data: str) -> str:
         {**kept, "variant": None} if "variants" in kept else kept, sort_keys=False, allow_unicode=True
     )
     return head + body
+
+
+def _why(e: Estimate) -> str:
+    """Reason for which a parameter is not identified."""
+    if not e.felt:
+        return "nothing that was recorded depends on it, this is the prior"
+    return "it stands at its bound" if e.bounded else "the record says little, this is mostly the prior"
 
 
 def as_data(made: Fit) -> dict[str, Any]:
@@ -80,7 +87,7 @@ def _estimate(e: Estimate) -> dict[str, Any]:
         "value": e.value, "interval_95": [e.low, e.high], "fisher_95": list(e.fisher),
         "bootstrap_95": list(e.resampled) if e.resampled else None,
         "prior": e.parameter.prior, "paths": list(e.parameter.paths), "identified": e.identified, "at_bound": e.bounded,
-        "told": e.told, "step_shift": e.step_shift,
+        "told": e.told, "step_shift": e.step_shift, "has_influence": e.felt,
     }  # fmt: skip
 
 
@@ -153,7 +160,7 @@ def _page(made: Fit, picture: bytes, *, data: str, title: str) -> str:
             e.parameter.name, f"{e.parameter.prior:.5g}", f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}",
             f"{e.fisher[0]:.5g} to {e.fisher[1]:.5g}",
             f"{e.resampled[0]:.5g} to {e.resampled[1]:.5g}" if e.resampled else "",
-            "at its bound" if e.bounded else "yes" if e.identified else "no: mostly the prior",
+            e.said,
             ", ".join(e.parameter.paths),
         )
         for e in made.estimates

@@ -65,8 +65,14 @@ class Parameter:
         return self.value(coordinate) if self.logarithmic else 1.0
 
 
-def parameters_of(given: Mapping[str, ParameterConfig], data: Mapping[str, Any]) -> list[Parameter]:
+def parameters_of(
+    given: Mapping[str, ParameterConfig], data: Mapping[str, Any], outside: Mapping[str, float] | None = None
+) -> list[Parameter]:
     """Parameters of a plan, with priors from the vehicle's own keys.
+
+    Args:
+        given: by name; data: keys of the vehicle.
+        outside: what is known of `OUTSIDE`; 0 where nothing is said.
 
     Raises:
         InputError: a path leads to no number of this vehicle (names the nearest), or the prior is not possible;
@@ -81,19 +87,20 @@ def parameters_of(given: Mapping[str, ParameterConfig], data: Mapping[str, Any])
                 )
                 raise InputError(f"plan: parameters: {both}, {path}; leave one out")
             owner[path] = name
-    return [_parameter(name, config, data) for name, config in given.items()]
+    return [_parameter(name, config, data, outside or {}) for name, config in given.items()]
 
 
-def _parameter(name: str, config: ParameterConfig, data: Mapping[str, Any]) -> Parameter:
+def _parameter(name: str, config: ParameterConfig, data: Mapping[str, Any], outside: Mapping[str, float]) -> Parameter:
     paths = config.paths(name)
     factors = config.factors or (1.0,) * len(paths)
     where = f"plan: parameters.{name}"
-    first = 0.0 if paths[0] in OUTSIDE else _get(data, paths[0], where) / factors[0]
+    known = paths[0] in OUTSIDE and config.prior is None
+    first = (outside.get(paths[0], 0.0) if paths[0] in OUTSIDE else _get(data, paths[0], where)) / factors[0]
     for path in paths[1:]:
         if path not in OUTSIDE:
             _get(data, path, where)
     prior = first if config.prior is None else config.prior
-    log = config.scale == "log" and prior != 0
+    log = config.scale == "log" and prior != 0 and not known
     if config.scale == "log" and prior == 0 and paths[0] not in OUTSIDE:
         raise InputError(f"{where}: its prior is 0: give another prior, or scale: linear with a spread")
     low = -math.inf if config.low is None else config.low
@@ -102,7 +109,7 @@ def _parameter(name: str, config: ParameterConfig, data: Mapping[str, Any]) -> P
         low, high = (max(low, 1e-300), high) if prior > 0 else (low, min(high, -1e-300))
     if not low <= prior <= high:
         raise InputError(f"{where}: the prior {prior:.6g} is not between {low:g} and {high:g}")
-    spread = config.spread or (_SPREAD if log else abs(prior) or 1.0)
+    spread = config.spread or (_SPREAD if log else 1.0 if known else abs(prior) or 1.0)
     return Parameter(name, paths, tuple(factors), prior, spread, low, high, log)
 
 
@@ -172,10 +179,14 @@ class Family:
         data: the vehicle's keys.
         model: at the priors; its structure is that of all.
         places: numbers that depend on a parameter.
+        outside: what is known of `OUTSIDE`, where no parameter says it.
     """
 
-    def __init__(self, data: Mapping[str, Any], parameters: Sequence[Parameter]) -> None:
+    def __init__(
+        self, data: Mapping[str, Any], parameters: Sequence[Parameter], outside: Mapping[str, float] | None = None
+    ) -> None:
         self.parameters = list(parameters)
+        self.outside = dict(outside or {})
         self.data = listed(data)
         self._inside = [p for p in self.parameters if any(path not in OUTSIDE for path in p.paths)]
         start = [p.coordinate(p.prior) for p in self.parameters]
@@ -225,7 +236,7 @@ class Family:
 
     def outside_at(self, at: Coordinates) -> NDArray[np.float64]:
         """Current and offsets `(14,)`."""
-        found = np.zeros(len(OUTSIDE))
+        found = np.array([self.outside.get(path, 0.0) for path in OUTSIDE])
         for parameter, value in zip(self.parameters, self.values(at), strict=True):
             for path, factor in zip(parameter.paths, parameter.factors, strict=True):
                 if path in OUTSIDE:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 import yaml
-from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from pelagos.config.described import Described
 from pelagos.errors import LookupFailed, ScenarioError
@@ -29,6 +30,16 @@ UNITS_OF: Final[dict[str, tuple[str, ...]]] = {
 """Units of a kind, by its SI unit."""
 
 
+_OF_COMMANDS: Final = tuple(unit for unit in UNIT_SCALES if unit and unit not in UNITS_OF["s"])
+_SPOKEN: Final = {
+    "degree": "deg", "radian": "rad", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
+    "centimeter": "cm", "centimetre": "cm", "knot": "kn", "kt": "kn", "mp": "m/s", "kmh": "km/h", "kph": "km/h",
+    "sec": "s", "second": "s", "msec": "ms", "millisecond": "ms", "usec": "us", "microsecond": "us", "nsec": "ns",
+    "nanosecond": "ns", "newton": "N", "hertz": "Hz", "rev/min": "rpm", "dp": "deg/s", "°": "deg",
+}  # fmt: skip
+"""Units by other names that they go by, without the last s."""
+
+
 class _Strict(Described):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -47,13 +58,6 @@ class ColumnConfig(_Strict):
     delay_s: Number = 0.0
     """How long after the event the row was written [s]."""
 
-    @field_validator("unit")
-    @classmethod
-    def _known(cls, value: str) -> str:
-        if value not in UNIT_SCALES:
-            raise ValueError(str(LookupFailed("unit", value, UNIT_SCALES)))
-        return value
-
     @field_validator("scale")
     @classmethod
     def _some(cls, value: float) -> float:
@@ -67,13 +71,22 @@ class ColumnConfig(_Strict):
         return self.scale * UNIT_SCALES[self.unit]
 
 
-Column = ColumnConfig | str
+def _column(given: Any) -> Any:
+    """A name alone is a column in SI units."""
+    if isinstance(given, str):
+        return {"column": given}
+    if isinstance(given, (Mapping, ColumnConfig)):
+        return given
+    raise ValueError(f"give the name of a column, or {{column, unit, scale, zero, delay_s}}, not {given!r}")
+
+
+Column = Annotated[ColumnConfig, BeforeValidator(_column)]
 
 
 class DropOut(_Strict):
     """Rows in which a device saw nothing: all these columns have the value."""
 
-    columns: tuple[str, ...]
+    columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """Names in the file."""
     value: Number = 0.0
     """What the device writes then."""
@@ -115,7 +128,7 @@ class ParameterConfig(_Strict):
 class Plan(_Strict):
     """Columns, parameters and the way of fitting."""
 
-    time: Column = "t"
+    time: Column = ColumnConfig(column="t")
     """[s]"""
     columns: dict[str, Column] = Field(default_factory=dict)
     """By coordinate: north, east, depth [m], roll, pitch, heading [rad], u, v, w [m/s], p, q, r [rad/s]. Left out: of a
@@ -180,12 +193,19 @@ class Plan(_Strict):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         self._units_fit()
+        self._columns_differ()
         own = self.vehicle.get("integrator", self.integrator)
         if self.integrator not in (None, "vehicle", own):
             raise ValueError(f"integrator: {self.integrator} here, but {own} under vehicle; leave one out")
-        for name in self.fit_to:
+        for k, name in enumerate(self.fit_to):
             if name not in COORDINATES:
-                raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
+                raise ValueError(f"fit_to: {LookupFailed('coordinate', name, COORDINATES)}")
+            if name in self.fit_to[:k]:
+                raise ValueError(f"fit_to: {name} is named twice")
+        for name in self.sigma:
+            if name not in (self.fit_to or self.columns):
+                fitted = ", ".join(self.fit_to or self.columns)
+                raise ValueError(f"sigma: {name} is not fitted, only {fitted}; leave it out")
         for key, given in (("start", self.start), ("start_spread", self.start_spread)):
             for name in given:
                 if name in self.columns:
@@ -196,23 +216,39 @@ class Plan(_Strict):
         return self
 
     def _units_fit(self) -> None:
-        """Refuse units of another kind; a command's kind is its actuator's."""
-        kinds = [("time", self.time, "s")]
-        kinds += [(f"columns.{n}", c, UNITS[COORDINATES.index(n)]) for n, c in self.columns.items()]
-        for key, given, kind in kinds:
-            unit = column(given).unit
-            if unit and unit not in UNITS_OF[kind]:
-                raise ValueError(f"{key}: the unit {unit} is of another kind; give {', '.join(UNITS_OF[kind])}")
-        for name, given in self.commands.items():
-            if column(given).unit in UNITS_OF["s"]:
-                raise ValueError(f"commands.{name}: the unit {column(given).unit} is one of time, not of a command")
-        if column(self.time).delay_s:
+        """Refuse unknown units and those of another kind; a command's kind is its actuator's, but never time."""
+        kinds = [("time", self.time, UNITS_OF["s"])]
+        kinds += [(f"columns.{n}", c, UNITS_OF[UNITS[COORDINATES.index(n)]]) for n, c in self.columns.items()]
+        kinds += [(f"commands.{n}", c, _OF_COMMANDS) for n, c in self.commands.items()]
+        for key, given, allowed in kinds:
+            if given.unit and given.unit not in allowed:
+                raise ValueError(f"{key}: {_not_a_unit(given.unit, allowed)}; give {', '.join(allowed)}")
+        if self.time.delay_s:
             raise ValueError("time: delay_s belongs to columns and commands, not to the time itself")
 
+    def _columns_differ(self) -> None:
+        """Refuse a column of the data that would be two things at once; one command may go to several actuators."""
+        taken = {self.time.column: "time"}
+        for key, given in self.columns.items():
+            if given.column in taken:
+                raise ValueError(
+                    f"columns.{key}: {given.column!r} is {taken[given.column]} already; name another column"
+                )
+            taken[given.column] = f"columns.{key}"
+        for key, given in self.commands.items():
+            if given.column in taken:
+                raise ValueError(
+                    f"commands.{key}: {given.column!r} is {taken[given.column]} already; name another column"
+                )
 
-def column(given: Column) -> ColumnConfig:
-    """A name alone is a column in SI units."""
-    return ColumnConfig(column=given) if isinstance(given, str) else given
+
+def _not_a_unit(unit: str, allowed: Sequence[str]) -> str:
+    """The fault of a unit that is none of those allowed, with the nearest."""
+    if unit in UNIT_SCALES:
+        return f"the unit {unit} is of another kind"
+    spoken = _SPOKEN.get(unit.lower().rstrip("s"), "")
+    near = [spoken] if spoken in allowed else get_close_matches(unit, allowed, n=1)
+    return f"unknown unit {unit!r}" + (f" (did you mean {near[0]!r}?)" if near else "")
 
 
 def load_plan(source: str | Path | Mapping[str, Any], *, recording: str | Path | None = None, agent: str = "") -> Plan:
@@ -227,8 +263,10 @@ def load_plan(source: str | Path | Mapping[str, Any], *, recording: str | Path |
         ScenarioError: names the file, the key, what was given and what is allowed.
         InputError: the recording lacks the commands, or the agent.
     """
-    where = "plan" if isinstance(source, Mapping) else str(source)
+    where = str(source) if isinstance(source, (str, Path)) else "plan"
     data: Any = source
+    if not isinstance(source, (str, Path, Mapping)):
+        raise ScenarioError(f"must be a file or a mapping of keys, not {type(source).__name__}", where=where)
     if not isinstance(source, Mapping):
         try:
             data = yaml.safe_load(Path(source).read_text(encoding="utf-8"))

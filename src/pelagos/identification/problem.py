@@ -20,6 +20,7 @@ HUBER: Final = 1.345
 """Residuals beyond so many standard deviations count linearly: 95 % as efficient as squares where the noise is normal
 (P. J. Huber, E. M. Ronchetti, "Robust Statistics", 2nd ed., Wiley 2009, Section 4.5)."""
 _NAMES: Final = list(COORDINATES)
+_LEAST: Final = 2  # steps of a shot
 _FELT: Final = 1e-6
 """Change of what is fitted by a unit of an initial state, from which it counts: rounding is far below, noise above."""
 
@@ -98,7 +99,12 @@ def cut_shots(record: Record, plan: Plan) -> tuple[Shots, list[bool]]:
     Raises:
         InputError: no stretch is as long as a shot.
     """
-    steps = max(2, round(plan.segment_s / record.step_s))
+    steps = round(plan.segment_s / record.step_s)
+    if steps < _LEAST:
+        raise InputError(
+            f"plan: segment_s: {plan.segment_s:g} s is less than {_LEAST} steps of {record.step_s:.4g} s; a shot is to "
+            "show what commands do"
+        )
     starts: list[int] = []
     joined: list[bool] = []
     for a, b in record.runs:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,21 +14,15 @@ from scipy.signal import savgol_filter
 
 from pelagos.errors import InputError, LookupFailed
 from pelagos.identification.clock import Clock, clock_of
-from pelagos.identification.coordinates import ANGLES, COORDINATES, PLAUSIBLE, RATES, UNITS
-from pelagos.identification.plan import Plan, column
-from pelagos.identification.table import Table, read_table
+from pelagos.identification.coordinates import ANGLES, COORDINATES, RATES
+from pelagos.identification.plan import ColumnConfig, Plan
+from pelagos.identification.plausibility import along_its_way, along_slopes, plausible, steady
+from pelagos.identification.table import Table, numeric, read_table
 
-_TAU: Final = 2 * np.pi
-_TILTS: Final = {"roll": np.pi + 0.05, "pitch": np.pi / 2 + 0.05}  # beyond, another angle says the same; some noise
 _LONGEST_STEP_S: Final = 0.1
+_FINEST: Final = 1e-3  # of the spacing of rows: a shorter step of the simulation is a slip of the unit
 _NEAR: Final = 0.01  # of a step: moments as far apart are one
-_WAY_S: Final = 1.0  # time over which a course is taken from the way
-_MANY: Final = 40.0
-"""Range of a heading from which its unit is looked at: of degrees a ninth of a turn; of radians six turns, in which a
-vehicle that is carried along no longer looks like it by chance."""
-_ALIGNED, _ASTRAY = 0.8, 0.4  # length of the mean direction of heading less course: that of a ship, that of chance
 _SHOWN: Final = 3  # places of a fault that a message names
-_FAULTS: Final = 0.02  # share of rows that may jump, as trackers do
 
 
 @dataclass(frozen=True)
@@ -75,60 +69,69 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
     for name in plan.commands:
         if actuators and name not in actuators:
             raise LookupFailed("actuator", name, actuators, where="plan: commands")
-    stamps = column(plan.time)
-    _column(table, stamps.column, where)
-    clock = clock_of(table[stamps.column], stamps, where, origin)
+    stamps = plan.time
+    clock = clock_of(_column(table, stamps.column, where), stamps, where, origin)
     time = clock.t
     seen = _seen(table, plan, len(time), where)
     measured, asked = {}, {}
-    for name, given in plan.columns.items():
-        c = column(given)
-        raw = (_column(table, c.column, where) - c.zero) * c.factor
+    for name, c in plan.columns.items():
+        raw = (_column(table, c.column, where, len(time)) - c.zero) * c.factor
         _finite(raw, seen, clock, c.column, where)
-        _plausible(name, raw[seen], c.column, c.unit, where)
-        _steady(name, raw[seen], time[seen], c.column, where)
+        plausible(name, raw[seen], c.column, c.unit, where)
+        steady(name, raw[seen], time[seen], c.column, where)
         asked[name] = raw[seen]
+        _within(c, f"columns.{name}", clock)
         measured[name] = (time[seen] - c.delay_s, _unwrapped(name, raw[seen]))
-    _along_its_way(asked, time[seen], plan, where)
+    along_its_way(asked, time[seen], plan, where)
     commands = {}
-    for name, given in plan.commands.items():
-        c = column(given)
-        raw = (_column(table, c.column, where) - c.zero) * c.factor
+    for name, c in plan.commands.items():
+        raw = (_column(table, c.column, where, len(time)) - c.zero) * c.factor
         _finite(raw, np.ones(len(time), bool), clock, c.column, where)
+        _within(c, f"commands.{name}", clock)
         commands[name] = (time - c.delay_s, raw)
     return _gridded(clock, time[seen], measured, commands, plan, where)
 
 
-def _read(source: str | Path | Table, plan: Plan) -> tuple[Table, str, float]:
+def _read(source: str | Path | Table, plan: Plan) -> tuple[Mapping[str, Any], str, float]:
     """Columns that a plan names, a name for messages, and what stamps count from [s]."""
-    if isinstance(source, Mapping):
-        return dict(source), "data", 0.0
-    wanted = [column(c).column for c in (plan.time, *plan.columns.values(), *plan.commands.values())]
+    if not isinstance(source, (str, Path)):
+        return _given(source), "data", 0.0
+    wanted = [c.column for c in (plan.time, *plan.columns.values(), *plan.commands.values())]
     wanted += [name for out in plan.dropouts for name in out.columns]
     if Path(source).suffix != ".mcap":
         return read_table(source, wanted), str(source), 0.0
     from pelagos.identification.recording import read_recording
 
-    table, origin = read_recording(Path(source), wanted, {column(c).column for c in plan.commands.values()})
-    return table, str(source), origin if column(plan.time).column == "t" else 0.0
+    table, origin = read_recording(Path(source), wanted, {c.column for c in plan.commands.values()})
+    return table, str(source), origin if plan.time.column == "t" else 0.0
 
 
-def _column(table: Table, name: str, where: str) -> NDArray[np.float64]:
+def _given(source: Any) -> dict[str, Any]:
+    """Columns of a mapping, or of a data frame, which is like one."""
+    if not hasattr(source, "keys"):
+        raise InputError(f"give a file or columns by name, not {type(source).__name__}")
+    found = {name: source[name] for name in source}
+    if not found:
+        raise InputError("data: there are no columns")
+    return found
+
+
+def _column(table: Mapping[str, Any], name: str, where: str, rows: int | None = None) -> NDArray[Any]:
+    """A column of so many rows."""
     if name not in table:
         raise LookupFailed("column", name, table, where=where)
-    values = np.asarray(table[name], dtype=np.float64)
-    size = max(len(x) for x in table.values())
-    if values.shape != (size,):
-        raise InputError(f"{where}: column {name!r} has the shape {values.shape}, others have {size} rows")
-    return values
+    values = numeric(table[name], f"{where}: column {name!r}")
+    if rows is not None and len(values) != rows:
+        raise InputError(f"{where}: column {name!r} has {len(values)} rows, and the time has {rows}")
+    return values if rows is None else values.astype(np.float64)
 
 
-def _seen(table: Table, plan: Plan, rows: int, where: str) -> NDArray[np.bool_]:
+def _seen(table: Mapping[str, Any], plan: Plan, rows: int, where: str) -> NDArray[np.bool_]:
     seen = np.ones(rows, bool)
     for out in plan.dropouts:
         lost = np.ones(rows, bool)
         for name in out.columns:
-            lost &= _column(table, name, where) == out.value
+            lost &= _column(table, name, where, rows) == out.value
         seen &= ~lost
     if seen.sum() < 10:
         raise InputError(f"{where}: only {int(seen.sum())} rows are left outside the drop-outs of the plan")
@@ -147,60 +150,13 @@ def _finite(values: NDArray[np.float64], used: NDArray[np.bool_], clock: Clock, 
         )
 
 
-def _plausible(name: str, values: NDArray[np.float64], label: str, unit: str, where: str) -> None:
-    most, limit = float(np.abs(values).max()), PLAUSIBLE[name]
-    si = UNITS[COORDINATES.index(name)]
-    hint = ""
-    if name in _TILTS and most > _TILTS[name]:
-        hint = f"{most:.4g} {si} is more than {_TILTS[name]:.3g}, the largest {name} there is: degrees? Give unit: deg"
-    elif name in ANGLES and not unit and most > _TAU + 0.1:
-        turns = np.abs(np.diff(values)).max()
-        if turns > 6.6:
-            hint = f"{most:.4g} {si} is more than a turn, and jumps by {turns:.4g}: degrees? Give unit: deg"
-    elif most > limit:
-        hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); wrong unit? Give unit: mm/s, deg/s, ..."
-    if hint:
-        raise InputError(f"{where}: column {label!r} as {name}: {hint}")
-
-
-def _steady(name: str, values: NDArray[np.float64], time: NDArray[np.float64], label: str, where: str) -> None:
-    """Refuse a pose that goes faster from row to row than any vehicle does: degrees as radians, millimetres as metres.
-
-    A few jumps are faults of a sensor, which the loss bears; whole turns of an angle are none.
-    """
-    if name not in RATES:
-        return
-    off = np.diff(values)
-    if name in ANGLES:
-        off = np.where(np.abs(off - _TAU * np.round(off / _TAU)) < 0.1, 0.0, off)
-    speed, limit = np.abs(off) / np.diff(time), PLAUSIBLE[RATES[name]]
-    if (speed > limit).mean() > _FAULTS:
-        unit = UNITS[COORDINATES.index(RATES[name])]
-        likely = "deg" if name in ANGLES else "mm or cm"
+def _within(c: ColumnConfig, key: str, clock: Clock) -> None:
+    """Refuse a delay that leaves nothing of the record."""
+    length = float(clock.t[-1])
+    if abs(c.delay_s) >= length:
         raise InputError(
-            f"{where}: column {label!r} as {name}: {100 * (speed > limit).mean():.0f} % of its rows change by more "
-            f"than {limit:g} {unit}, which no vehicle does; wrong unit? Give unit: {likely}"
-        )
-
-
-def _along_its_way(asked: Table, time: NDArray[np.float64], plan: Plan, where: str) -> None:
-    """Refuse a heading that has to do with the way of the vehicle only if it is taken for degrees."""
-    given = plan.columns.get("heading")
-    if given is None or column(given).unit or not {"north", "east"} <= asked.keys():
-        return
-    heading, north, east = asked["heading"], asked["north"], asked["east"]
-    if np.ptp(heading) < _MANY:
-        return
-    rows = max(1, round(_WAY_S / float(np.median(np.diff(time)))))
-    ahead, aside = north[rows:] - north[:-rows], east[rows:] - east[:-rows]
-    far = np.hypot(ahead, aside)
-    moving = far > 0.5 * np.percentile(far, 90)
-    course, middle = np.arctan2(aside, ahead)[moving], heading[rows // 2 : rows // 2 + len(far)][moving]
-    as_radians, as_degrees = (abs(np.exp(1j * (k * middle - course)).mean()) for k in (1.0, np.pi / 180))
-    if as_degrees > _ALIGNED and as_radians < _ASTRAY:
-        raise InputError(
-            f"{where}: column {column(given).column!r} as heading goes along with the vehicle's way if it is in degrees"
-            f" (alignment {as_degrees:.2f}), and not in radians ({as_radians:.2f}): give unit: deg"
+            f"plan: {key}: delay_s {c.delay_s:g} reaches beyond the record, which is {length:.4g} s long; "
+            "it is a time in seconds, such as 0.1"
         )
 
 
@@ -223,7 +179,7 @@ def _gridded(
     time, step = clock.t, clock.step_s
     longest = plan.gap_s or 5 * step
     holes = np.flatnonzero(np.diff(seen) > longest)
-    windows = [(a - clock.start_s, b - clock.start_s) for a, b in plan.windows_s] or [(0.0, float(time[-1]))]
+    windows = _windows(clock, plan, where)
     if plan.gaps == "refuse":
         inside = [k for k in holes if any(a <= seen[k] < b for a, b in windows)]
         if inside:
@@ -233,12 +189,16 @@ def _gridded(
                 f"than {longest:.3g} s ({len(inside)} such); give gaps: split, or a larger gap_s"
             )
     h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - _NEAR)
+    if h < _FINEST * step:
+        raise InputError(
+            f"plan: step_s: {h:g} s is too short for rows that are {step:.4g} s apart; "
+            f"give {_FINEST * step:.4g} or more"
+        )
     n = int(np.floor(time[-1] / h + _NEAR)) + 1
     grid = h * np.arange(n)
-    there = np.zeros(n, bool)
-    parts = [0, *(int(k) + 1 for k in holes), len(seen)]
-    for first, after in pairwise(parts):
-        there |= (grid >= seen[first] - _NEAR * h) & (grid <= seen[after - 1] + _NEAR * h)
+    there = _covered(grid, h, [t for t, _ in measured.values()], holes)
+    for t, _ in commands.values():
+        there &= (grid >= t[0] - _NEAR * h) & (grid <= t[-1] + _NEAR * h)
     used = np.zeros(n, bool)
     for a, b in windows:
         used |= (grid >= a - _NEAR * h) & (grid <= b + _NEAR * h)
@@ -247,13 +207,52 @@ def _gridded(
         name: x[np.clip(np.searchsorted(t, grid + _NEAR * h, side="right") - 1, 0, len(x) - 1)]
         for name, (t, x) in commands.items()
     }
-    runs = _runs(there & used, max(10, round(plan.smooth_s / h)))
+    least = max(10, round(plan.smooth_s / h))
+    runs = _runs(there & used, least)
     if not runs:
+        delayed = any(c.delay_s for c in (*plan.columns.values(), *plan.commands.values()))
         raise InputError(
-            f"{where}: no stretch of {f'the windows {plan.windows_s}' if plan.windows_s else 'the record'} is long "
-            f"enough; time goes from {clock.say(0.0)} to {clock.say(time[-1])} s"
+            f"{where}: no stretch of {f'the windows {plan.windows_s}' if plan.windows_s else 'the record'} is longer "
+            f"than {least * h:.4g} s, {least} steps of {h:.4g} s{', less the delays of columns' if delayed else ''}; "
+            f"time goes from {clock.say(0.0)} to {clock.say(time[-1])} s"
         )
-    return Record(clock.start_s, float(h), found, _slopes(found, runs, h, plan.smooth_s), held, runs, plan.start)
+    slopes = _slopes(found, runs, h, plan.smooth_s)
+    along_slopes(found, slopes, _rows(runs, n), plan, where)
+    slopes = {name: x for name, x in slopes.items() if name not in found}
+    return Record(clock.start_s, float(h), found, slopes, held, runs, plan.start)
+
+
+def _windows(clock: Clock, plan: Plan, where: str) -> list[tuple[float, float]]:
+    """Parts that are used, from and to, since the first row [s]."""
+    end = float(clock.t[-1])
+    found = [(a - clock.start_s, b - clock.start_s) for a, b in plan.windows_s] or [(0.0, end)]
+    for a, b in found:
+        if a > end or b < 0:
+            raise InputError(
+                f"{where}: windows_s: {clock.say(a)} to {clock.say(b)} s lies outside of the record; time goes from "
+                f"{clock.say(0.0)} to {clock.say(end)} s"
+            )
+    return found
+
+
+def _covered(
+    grid: NDArray[np.float64], h: float, series: Sequence[NDArray[np.float64]], holes: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Moments at which every series of times has rows on both sides that are not apart by a hole."""
+    found = np.ones(len(grid), bool)
+    for t in series:
+        there = np.zeros(len(grid), bool)
+        for first, after in pairwise([0, *(int(k) + 1 for k in holes), len(t)]):
+            there |= (grid >= t[first] - _NEAR * h) & (grid <= t[after - 1] + _NEAR * h)
+        found &= there
+    return found
+
+
+def _rows(runs: tuple[tuple[int, int], ...], n: int) -> NDArray[np.bool_]:
+    found = np.zeros(n, bool)
+    for a, b in runs:
+        found[a:b] = True
+    return found
 
 
 def _runs(there: NDArray[np.bool_], least: int) -> tuple[tuple[int, int], ...]:
@@ -291,4 +290,4 @@ def _slopes(
     found["q"] = lift * np.cos(roll) + turn * np.cos(pitch) * np.sin(roll)
     found["r"] = turn * np.cos(pitch) * np.cos(roll) - lift * np.sin(roll)
     kept = {RATES[name] for name in rate}
-    return {name: values for name, values in found.items() if name in kept and name not in measured}
+    return {name: values for name, values in found.items() if name in kept}

@@ -19,12 +19,16 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.identification.constants import Place, with_numbers
 from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.depth import deep_model, near_surface
 from pelagos.identification.parameters import Compiled
+from pelagos.identification.water import Surroundings, Water, water_of
 from pelagos.jit import Array
 from pelagos.math.rotation import from_vector, product
 from pelagos.math.so3 import matrix, matrix_np
 from pelagos.vehicles.model import Model
+from pelagos.vehicles.nearby import level_ground
 from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.vehicle import Vehicle
 
 _MODE: Final = "actuators"
@@ -66,6 +70,7 @@ class Shooter:
         commands: by actuator `(n,)`.
         h: step of the record's grid [s].
         substeps: how many steps of the simulation one of the grid is.
+        water: that the shots are in; None: open sea of one density, deep and at rest.
     """
 
     def __init__(
@@ -77,6 +82,7 @@ class Shooter:
         h: float,
         *,
         substeps: int = 1,
+        water: Water | None = None,
     ) -> None:
         size = max((len(c) for c in commands.values()), default=1)
         self._tables = [jit.Float64(commands.get(name, np.zeros(size))) for name in vehicle.actuator_names]
@@ -85,22 +91,33 @@ class Shooter:
         dr.make_opaque(self._tables)
         self._kept = vehicle.sizes.kept
         self._actuators = len(vehicle.actuator_names)
-        self._needed = vehicle.tables
+        self._around = (water_of(None) if water is None else water).around(vehicle)
 
         def numbered(constants: Sequence[Array]) -> Model:
             found: Model = with_numbers(model, dict(zip(places, constants, strict=True)))
             return found
 
-        def advance(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
+        def advance(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
             c = len(places)
             *given, step = commands
-            return _step(vehicle.with_model(numbered(constants[:c])), x, constants[c:], given, step, tables)
+            return _step(vehicle.with_model(numbered(constants[:c])), x, constants[c:], given, step, around)
 
-        def follow(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
+        def deeply(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
+            c = len(places)
+            *given, step = commands
+            deep = deep_model(numbered(constants[:c]))
+            return _step(vehicle.with_model(deep), x, constants[c:], given, step, around)
+
+        def look(x: list[Array], constants: list[Array], step: Array, around: Any) -> Array:
+            return near_surface(vehicle.with_model(numbered(constants[: len(places)])), x, around, step)
+
+        def follow(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
             *given, step = commands
             return [jit.Float64(a) for a in numbered(constants[: len(places)]).advanced(x, given, step)]
 
         self._advance, self._follow = _recorded(advance), _recorded(follow)
+        self._deep = None if deep_model(model) is None else _recorded(deeply)
+        self._look = jit.freeze(look)
         self._see, self._see_tangent = _recorded(_seen_step)
 
     def divide(self, substeps: int) -> None:
@@ -124,6 +141,7 @@ class Shooter:
             `(steps + 1, 12, s, p + f)` or None.
         """
         p = compiled.slopes.shape[1]
+        advance = self._advance if not tangents or self._deep is None or self._near(shots, compiled) else self._deep
         directions = max(1, p + len(free)) if tangents else 1
         s = len(shots)
         numbers = [jit.Float64(float(v)) for v in (*compiled.values, *compiled.outside)]
@@ -150,18 +168,37 @@ class Shooter:
             if k < shots.steps:
                 given = self._given(row)
                 for _ in range(self.substeps):
-                    x, dx = self._one(self._advance, x, dx, numbers, slopes, given)
+                    x, dx = self._one(advance, x, dx, numbers, slopes, given)
                 row = row + 1  # the same program in every step: k itself would make a new one
                 dr.eval(row)
         values = np.array([[np.array(c) for c in step] for step in rows]).reshape(shots.steps + 1, -1, s, directions)
         out = values[:, : len(COORDINATES), :, 0]
         return out, values[:, len(COORDINATES) :, :, : p + len(free)] if tangents else None
 
+    def _near(self, shots: Shots, compiled: Compiled) -> bool:
+        """Whether any shot feels the surface."""
+        numbers = [jit.Float64(float(v)) for v in (*compiled.values, *compiled.outside)]
+        x = [jit.Float64(column) for column in self._start(shots, compiled)]
+        row, step = jit.Int32(shots.starts), dr.opaque(jit.Float64, self._grid_s)
+        near = dr.zeros(jit.Float64, len(shots))
+        dr.make_opaque(numbers, x, row, near)
+        x, _ = self._roll_actuators(shots, x, [], numbers, [], row, 1)
+        for k in range(shots.steps + 1):
+            near = dr.maximum(near, self._look(x, numbers, step, self._around))
+            dr.eval(near)
+            if k < shots.steps:
+                given = self._given(row)
+                for _ in range(self.substeps):
+                    x, _ = self._one(self._advance, x, [], numbers, [], given)
+                row = row + 1
+                dr.eval(row)
+        return bool((np.array(near) > 0).any())
+
     def _one(self, step: Any, x: Any, dx: Any, numbers: Any, slopes: Any, commands: Any) -> tuple[Any, Any]:
         if dx:
-            x, dx = step[1](x, dx, numbers, slopes, commands, self._needed)
+            x, dx = step[1](x, dx, numbers, slopes, commands, self._around)
         else:
-            x = step[0](x, numbers, commands, self._needed)
+            x = step[0](x, numbers, commands, self._around)
         dr.eval(x, dx)
         return x, dx
 
@@ -202,17 +239,17 @@ class Shooter:
 
 
 def _recorded(step: Callable[[list[Array], list[Array], list[Array], Any], list[Array]]) -> tuple[Any, Any]:
-    """`step(x, constants, commands, tables)` recorded, plain and with tangents."""
+    """`step(x, constants, commands, around)` recorded, plain and with tangents."""
 
     def pushed(
-        x: list[Array], dx: list[Array], constants: list[Array], slopes: list[Array], commands: list[Array], tables: Any
+        x: list[Array], dx: list[Array], constants: list[Array], slopes: list[Array], commands: list[Array], around: Any
     ) -> tuple[list[Array], list[Array]]:
         lane = dr.zeros(jit.Float64, dr.width(dx))
         free = [jit.Float64(dr.detach(v)) + lane for v in (*x, *constants)]
         dr.enable_grad(free)
         for v, d in zip(free, (*dx, *slopes), strict=True):
             dr.set_grad(v, d)
-        after = step(free[: len(x)], free[len(x) :], commands, tables)
+        after = step(free[: len(x)], free[len(x) :], commands, around)
         dr.enqueue(dr.ADMode.Forward, free)
         dr.traverse(dr.ADMode.Forward, flags=dr.ADFlag.ClearEdges)  # keep what outputs have that others depend on
         return [dr.detach(v) + lane for v in after], [
@@ -223,9 +260,13 @@ def _recorded(step: Callable[[list[Array], list[Array], list[Array], Any], list[
 
 
 def _step(
-    vehicle: Vehicle, x: list[Array], outside: list[Array], commands: list[Array], h: Array, tables: Any
+    vehicle: Vehicle, x: list[Array], outside: list[Array], commands: list[Array], h: Array, around: Surroundings
 ) -> list[Array]:
     """One step in the frame of the water, which a steady current carries along with it."""
+    tables = around.tables
+    if around.depth is not None:
+        thrusters = None if tables is None else tables.thrusters
+        tables = Tables(thrusters, None, level_ground(x[0:3], around.depth, around.reach))
     still = jit.Array3f64(0.0)
     state = VehicleState(
         position=jit.Array3f64(*x[0:3]), attitude=jit.Array4f64(*x[3:7]), velocity=jit.Array3f64(*x[7:10]),
@@ -233,7 +274,7 @@ def _step(
         angular_acceleration=jit.Array3f64(*x[16:19]), **vehicle.sizes.lists(list(x[_MOTION:])), mode=jit.Float64(0.0),
         controller=[jit.Float64(0.0)] * 64,
     )  # fmt: skip
-    new = vehicle.step(state, commands, None, jit.Float64(0.0), (still, still), h, _MODE, tables)
+    new = vehicle.step(state, commands, around.ocean, jit.Float64(0.0), (still, still), h, _MODE, tables)
     moved = [new.position[0] + h * outside[0], new.position[1] + h * outside[1], new.position[2]]
     return [
         *moved, *new.attitude, *new.velocity, *new.angular_velocity, *new.acceleration, *new.angular_acceleration,
@@ -241,7 +282,7 @@ def _step(
     ]  # fmt: skip
 
 
-def _seen_step(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
+def _seen_step(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
     """The twelve coordinates with their offsets; velocities over ground."""
     north, east, *offsets = constants[len(constants) - 14 :]
     w, i, j, k = x[3:7]

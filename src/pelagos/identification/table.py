@@ -7,7 +7,7 @@ import gzip
 import io
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,3 +74,40 @@ def _number(cell: str, where: str) -> float:
         return float(cell)
     except ValueError:
         raise InputError(f"{where}: {cell.strip()!r} is not a number") from None
+
+
+def numeric(values: Any, label: str) -> NDArray[Any]:
+    """Numbers of a column that Python gives `(n,)`, integers as they are; cells of text are read as those of a file.
+
+    Raises:
+        InputError: it is no column, or holds dates or something that is no number (names the row).
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        values = values.astype(np.float64).filled(np.nan)
+    try:
+        raw = np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{label} is no column of numbers: {error}") from error
+    if raw.ndim != 1:
+        given = f"has the shape {raw.shape}" if raw.ndim else f"is {values!r}"
+        raise InputError(f"{label} {given}: give one number a row")
+    if raw.dtype.kind in "iuf":
+        return raw
+    if raw.dtype.kind in "mM":
+        raise InputError(
+            f"{label} holds dates and not numbers: give seconds, such as (t - t[0]) / np.timedelta64(1, 's')"
+        )
+    if raw.dtype.kind == "c":
+        raise InputError(f"{label} holds complex numbers: give real ones")
+    return np.array([_cell(cell, f"{label}, row {k + 1}") for k, cell in enumerate(raw)], dtype=np.float64)
+
+
+def _cell(cell: Any, where: str) -> float:
+    if cell is None:
+        return float("nan")
+    if isinstance(cell, str):
+        return _number(cell, where)
+    try:
+        return float(cell)
+    except (TypeError, ValueError):
+        raise InputError(f"{where}: {cell!r} is not a number") from None

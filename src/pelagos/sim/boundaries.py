@@ -19,12 +19,12 @@ from pelagos.sim.batch import Batch
 from pelagos.sim.model import Model
 from pelagos.sim.set_points import vectors
 from pelagos.vehicles.flow import LEVEL
-from pelagos.vehicles.nearby import Walls
+from pelagos.vehicles.nearby import FAR_M, Walls
 from pelagos.vehicles.terms.boundary import Boundary
+from pelagos.vehicles.vehicle import Vehicle
 
 _LENGTHS: Final = 2.0  # reach of the rays: beyond it a spheroid's added mass changes by less than 1e-3
 _DEEPEST_M: Final = 2e4  # reach of the ray below ships: U^2/(g h) and h/T tell how far they feel, not their length
-_FAR_M: Final = 1e6
 _SIDES: Final = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # ahead, port, astern, starboard
 _RAYS: Final = 1 + len(_SIDES)
 
@@ -56,10 +56,15 @@ class Boundaries:
         return call(position, attitude, *arguments)
 
     def _build(self, batch: Batch) -> tuple[Callable[..., Walls], tuple[Any, ...]]:
-        near = _LENGTHS * batch.vehicle.config.length_m
-        by_images = any(isinstance(term, Boundary) for term in batch.vehicle.model.terms.values())
-        below = near if by_images else max(near, _DEEPEST_M)
-        return self._model.scene.compile(_look(batch.rows)), (dr.opaque(jit.Float, below), dr.opaque(jit.Float, near))
+        below, beside = (dr.opaque(jit.Float, reach) for reach in reaches_m(batch.vehicle))
+        return self._model.scene.compile(_look(batch.rows)), (below, beside)
+
+
+def reaches_m(vehicle: Vehicle) -> tuple[float, float]:
+    """How far below and beside it a vehicle feels ground and walls [m]."""
+    near = _LENGTHS * vehicle.config.length_m
+    by_images = any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
+    return near if by_images else max(near, _DEEPEST_M), near
 
 
 def _look(n: int) -> Callable[..., Walls]:
@@ -84,10 +89,8 @@ def _look(n: int) -> Callable[..., Walls]:
         normal = jit.Array3f64(hits.normal)
         wall = dr.abs(normal[2]) < LEVEL
         gap = jit.Float64(hits.t) * dr.abs(dr.dot(normal, direction))
-        gap = dr.select(
-            hits.valid & (wall == (ray > 0)), gap, _FAR_M
-        )  # level ground that slopes up to a side is ground
-        normal = dr.select(gap < _FAR_M, normal, -direction)
+        gap = dr.select(hits.valid & (wall == (ray > 0)), gap, FAR_M)  # level ground that slopes up to a side is ground
+        normal = dr.select(gap < FAR_M, normal, -direction)
         dr.eval(gap, normal)
         points, normals = [], []
         for first, *others in ([0], [*range(1, _RAYS)]):

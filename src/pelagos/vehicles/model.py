@@ -20,6 +20,7 @@ from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, mul, scale
 from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular, coriolis_matrix, coriolis_matrix_angular
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
+from pelagos.math.either import either
 from pelagos.vehicles.actuators.actuator import Actuator, Follower
 from pelagos.vehicles.actuators.t200 import T200, Battery
 from pelagos.vehicles.cargo import Carrier, carriers_of, carrying, growing, growth_of
@@ -270,8 +271,7 @@ class Model:
 
         given = [[f64(x) for x in part] for part in (wrench, flow.nu_r, flow.nu, flow.water_acceleration or [0.0] * 6)]
         share, rate = f64(wet.share), f64(wet.rate)
-        found: list[Array] = dr.if_stmt((*given, share, rate), share < 1, partly, whole)
-        return found
+        return either((*given, share, rate), share < 1, partly, whole)
 
     def inertia_in(self, flow: Flow) -> Inertia:
         """Mass and added mass, in waves perhaps a panel method's, with what is carried and what is near."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeGuard
 
 import drjit as dr
 
@@ -17,6 +17,9 @@ from pelagos.jit import Array
 
 if TYPE_CHECKING:
     from pelagos.vehicles.flow import Flow
+
+FAR_M: Final = 1e6
+"""Distance of what is not there [m]."""
 
 
 class Image(Protocol):
@@ -97,3 +100,14 @@ def planes_of(walls: Walls | None, position: Vector, rotation: Matrix) -> list[P
         Plane(dot([*normal], add(position, minus([*point]))), matvec(transpose(rotation), [*normal]))
         for point, normal in zip(walls.points, walls.normals, strict=True)
     ]
+
+
+def level_ground(position: Vector, depth: Array, reach: Array) -> Walls:
+    """Level ground under each vehicle at a position NED (3) [m]; far where it is further than `reach` [m].
+
+    `depth`: of the ground below z = 0 [m]. The same as rays find above it in a world that is flat.
+    """
+    gap = depth - position[2]
+    gap = dr.select((gap >= 0) & (gap <= reach), gap, FAR_M)
+    point = jit.Array3f64(position[0], position[1], position[2] + gap)
+    return Walls([point], [jit.Array3f64(0.0, 0.0, -1.0)])

@@ -13,6 +13,7 @@ from pelagos import jit
 from pelagos.hydro import immersion
 from pelagos.hydro.algebra import dot, total
 from pelagos.jit import Array
+from pelagos.math.either import either
 
 if TYPE_CHECKING:
     from pelagos.vehicles.flow import Flow
@@ -119,7 +120,9 @@ def shares_of(places: Sequence[Place], flow: Flow) -> list[Array]:
     local = [place for place in places if place.keeps in ("propeller", "fin")]
     if not local:
         return [place.share(flow) for place in places]
-    reach = max(math.sqrt(sum(float(x) ** 2 for x in p.point)) + _FELT * p.size for p in local)
+    reach: Array = 0.0
+    for place in local:
+        reach = dr.maximum(reach, dr.sqrt(dot(place.point, place.point)) + _FELT * place.size)
     f64 = jit.Float64
 
     def near(immersion: Array, down: list[Array]) -> list[Array]:
@@ -129,7 +132,7 @@ def shares_of(places: Sequence[Place], flow: Flow) -> list[Array]:
         return [f64(1.0) for _ in local]
 
     given = f64(flow.immersion), [f64(d) for d in flow.down]
-    found = iter(dr.if_stmt(given, given[0] < reach, near, deep))
+    found = iter(either(given, given[0] < reach, near, deep))
     return [next(found) if place.keeps in ("propeller", "fin") else place.share(flow) for place in places]
 
 
