@@ -79,3 +79,5 @@ def test_residuals_that_remember_themselves_tell_less(rho: float):
     expected = np.sqrt(np.diag(np.linalg.inv(data / sure.memory + np.diag(precision))))
     np.testing.assert_allclose(sure.fisher, expected, rtol=1e-9)
     np.testing.assert_allclose(sure.told, 1 - expected * np.sqrt(precision), rtol=1e-9)
+    own = np.diag(normal.own.sum(axis=0))
+    np.testing.assert_allclose(sure.influence, np.sqrt(own / precision), rtol=1e-12)

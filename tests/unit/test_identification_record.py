@@ -16,6 +16,7 @@ from pelagos.identification.clock import clock_of
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.own_run import COLUMNS
 from pelagos.identification.plan import ColumnConfig
+from pelagos.identification.problem import cut_shots
 from pelagos.identification.recording import _field, _on
 from pelagos.messages.motion import ODOMETRY, TruthEncoder
 from pelagos.messages.numbers import MULTI_ARRAY, LabelledRow
@@ -251,7 +252,7 @@ def test_uneven_rows_have_their_median_as_a_step():
         ({"time": {"column": "t", "unit": "kn"}}, "time: the unit kn is of another kind; give s, ms, us, ns"),
         (
             {"commands": {"left_propeller": {"column": "n1", "unit": "ms"}}},
-            "commands.left_propeller: the unit ms is one",
+            "commands.left_propeller: the unit ms is of another kind; give m, .* N",
         ),
         ({"time": {"column": "t", "delay_s": 0.1}}, "plan: time: delay_s belongs to columns"),
         ({"windows_s": [[3, 2]]}, "plan: windows_s: 3 is not before 2"),
@@ -339,3 +340,162 @@ def test_numbers_are_read_by_the_names_in_their_label():
     assert _field(message, ["data", "0"], "data.0", Path("a.mcap")) == 3.0
     with pytest.raises(LookupFailed, match=r"number 'lft' .did you mean 'left'"):
         _field(message, ["lft"], "lft", Path("a.mcap"))
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (
+            lambda x: np.array(["n/a" if k == 30 else str(v) for k, v in enumerate(x)]),
+            "'psi', row 31: 'n/a' is not a number",
+        ),
+        (lambda x: np.array([None if k == 30 else v for k, v in enumerate(x)]), r"1 cell .* row 31 "),
+        (lambda x: np.array(["" if k == 4 else str(v) for k, v in enumerate(x)]), r"1 cell .* row 5 "),
+        (lambda x: [*x[:-1], object()], "'psi', row 200: <object .* is not a number"),
+        (lambda x: np.ma.masked_where(np.arange(len(x)) == 7, x), r"1 cell .* row 8 "),
+        (lambda x: x + 0.1j, "holds complex numbers"),
+        (lambda x: 0.3, "column 'psi' is 0.3: give one number a row"),
+        (lambda x: np.stack([x, x], -1), r"has the shape \(200, 2\): give one number a row"),
+        (lambda x: [[1.0], [2.0, 3.0]], "is no column of numbers"),
+        (lambda x: x[:-3], "has 197 rows, and the time has 200"),
+    ],
+)
+def test_columns_of_python_that_are_no_numbers_are_refused(values, said):
+    refused(lambda d: d.update(psi=values(d["psi"])), match=said)
+
+
+def test_text_of_python_is_read_as_that_of_a_file():
+    data, plan = table(), load_plan(PLAN)
+    text = {**data, "psi": np.array([f" {x!r}" for x in data["psi"].tolist()], dtype=object), "note": ["a", "b"]}
+    np.testing.assert_array_equal(
+        read_record(text, plan).measured["heading"], read_record(data, plan).measured["heading"]
+    )
+
+
+def test_what_is_no_table_is_refused():
+    plan = load_plan(PLAN)
+    with pytest.raises(InputError, match="give a file or columns by name, not list"):
+        read_record([1.0, 2.0], plan)
+    with pytest.raises(InputError, match="there are no columns"):
+        read_record({}, plan)
+    refused(lambda d: d.update(t=np.datetime64("2024-01-01") + d["t"].astype("timedelta64[s]")), match="holds dates")
+    refused(lambda d: d.update({k: v[:1] for k, v in d.items()}), match="1 of the 10 rows")
+    with pytest.raises(ScenarioError, match="must be a file or a mapping of keys, not list"):
+        load_plan([1])
+
+
+class Frame:
+    """Like a data frame: iterates over names of columns."""
+
+    def __init__(self, columns):
+        self._columns = columns
+
+    def keys(self):
+        return self._columns.keys()
+
+    def __iter__(self):
+        return iter(self._columns)
+
+    def __getitem__(self, name):
+        return self._columns[name]
+
+
+def test_a_data_frame_is_a_table():
+    plan = load_plan(PLAN)
+    found = read_record(Frame(table()), plan)
+    np.testing.assert_array_equal(found.measured["north"], read_record(table(), plan).measured["north"])
+
+
+@pytest.mark.parametrize(("key", "name"), [("columns", "heading"), ("commands", "left_propeller")])
+@pytest.mark.parametrize("delay", [500, -10])
+def test_a_delay_beyond_the_record_is_refused(key, name, delay):
+    column = {"columns": "psi", "commands": "n1"}[key]
+    plan = {key: {**PLAN[key], name: {"column": column, "delay_s": delay}}}
+    said = rf"plan: {key}\.{name}: delay_s {delay} reaches beyond the record, which is 9\.95 s long"
+    refused(lambda d: None, plan, match=said)
+
+
+def test_a_delay_leaves_out_what_it_moves_beyond_the_record():
+    """Rows 1 s late: nothing is known of the last second; a command 0.5 s early, of the first half."""
+    columns = {**PLAN["columns"], "heading": {"column": "psi", "delay_s": 1}}
+    commands = {"left_propeller": {"column": "n1", "delay_s": -0.5}}
+    record = read_record(table(), load_plan({"columns": columns, "commands": commands}))
+    assert record.runs == ((10, 180),)
+    t = table()["t"]
+    np.testing.assert_allclose(record.measured["heading"][10:180], 0.4 * np.sin(t[10:180] + 1), atol=2e-4)
+    np.testing.assert_array_equal(record.commands["left_propeller"][10:], np.floor(t[10:] - 0.5 + 1e-9))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"columns": {"u": {"column": "x", "unit": "knots"}}},
+         r"columns\.u: unknown unit 'knots' .did you mean 'kn'.*; give m/s, cm/s, mm/s, km/h, kn$"),
+        ({"columns": {"heading": {"column": "x", "unit": "Degrees"}}},
+         r"unknown unit 'Degrees' .did you mean 'deg'.*; give rad, deg$"),
+        ({"time": {"column": "t", "unit": "sec"}},
+         r"time: unknown unit 'sec' .did you mean 's'.*; give s, ms, us, ns$"),
+        ({"commands": {"left_propeller": {"column": "n1", "unit": "RPMs"}}},
+         r"commands\.left_propeller: unknown unit 'RPMs'; give m, .*, N$"),
+        ({"columns": {"north": 3}}, r"columns\.north: give the name of a column, or .column, unit, .*, not 3$"),
+        ({"columns": {"north": "x", "east": "x"}}, "columns.east: 'x' is columns.north already"),
+        ({"columns": {"north": "t"}}, "columns.north: 't' is time already"),
+        ({"commands": {"left_propeller": "x"}}, "commands.left_propeller: 'x' is columns.north already"),
+        ({"fit_to": ["u", "u"]}, "fit_to: u is named twice"),
+        ({"sigma": {"depth": 0.1}}, "sigma: depth is not fitted, only north, heading"),
+        ({"dropouts": [{"columns": []}]}, r"dropouts\.0\.columns: "),
+    ],
+)  # fmt: skip
+def test_units_and_columns_that_cannot_be_are_told(change, said):
+    with pytest.raises(ScenarioError, match=said):
+        load_plan({**PLAN, **change})
+
+
+@pytest.mark.parametrize(
+    ("plan", "said"),
+    [
+        ({"windows_s": [[4, 9], [20, 30]]},
+         r"windows_s: 20 to 30 s lies outside of the record; time goes from 3 to 12\.95 s"),
+        ({"windows_s": [[4, 4.1]]}, r"is longer than 0\.6 s, 12 steps of 0\.05 s"),
+        ({"step_s": 1e-6}, r"step_s: 1e-06 s is too short for rows that are 0\.05 s apart; give 5e-05"),
+    ],
+)  # fmt: skip
+def test_windows_and_steps_that_cannot_be_are_told(plan, said):
+    refused(lambda d: None, plan, match=said)
+
+
+def turning(n: int = 420, h: float = 0.05) -> dict:
+    """A vehicle that goes where it looks, around and around, at a speed that changes."""
+    t = h * np.arange(n)
+    heading, speed = 0.9 * t + 0.3 * np.sin(t), 1.0 + 0.3 * np.sin(0.7 * t)
+    north, east = np.cumsum(h * speed * np.cos(heading)), np.cumsum(h * speed * np.sin(heading))
+    return {"t": t, "x": north, "y": east, "psi": heading, "u": speed, "r": 0.9 + 0.3 * np.cos(t)}
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({}, ""),
+        ({"u": "u", "r": "r"}, ""),
+        ({"u": {"column": "u", "scale": 1.3}}, ""),
+        ({"u": {"column": "u", "scale": 3600 / 1852}}, "'u' as u is 1.9.* in kn and not in m/s: give unit: kn"),
+        ({"u": {"column": "u", "unit": "kn"}}, "times the slope .* in m/s and not in kn: give unit: m/s"),
+        ({"u": {"column": "u", "scale": -1}}, r"'u' as u goes against the slope .* scale: -1"),
+        ({"r": {"column": "r", "unit": "deg/s"}}, r"as if it were in rad/s and not in deg/s"),
+        ({"r": {"column": "r", "scale": -1}}, r"'r' as r goes against the slope"),
+        ({"heading": {"column": "psi", "unit": "deg"}}, "if it is in radians .* and not in degrees .* unit: rad"),
+    ],
+)  # fmt: skip
+def test_velocities_that_are_not_slopes_of_their_pose_are_told(columns, said):
+    plan = load_plan({"columns": {"north": "x", "east": "y", "heading": "psi", **columns}, "commands": {}})
+    if not said:
+        assert read_record(turning(), plan).runs
+        return
+    with pytest.raises(InputError, match=said):
+        read_record(turning(), plan)
+
+
+def test_a_shot_of_less_than_two_steps_is_refused():
+    plan = load_plan({**PLAN, "segment_s": 0.05})
+    with pytest.raises(InputError, match=r"segment_s: 0\.05 s is less than 2 steps of 0\.05 s"):
+        cut_shots(read_record(table(), plan), plan)

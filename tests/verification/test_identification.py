@@ -243,6 +243,18 @@ def test_doubts_are_warned_of():
     assert made.doubts[1].startswith("the search did not settle in 1 steps")
 
 
+def test_a_parameter_without_influence_is_told_by_name(made, tmp_path):
+    first, *others = made.estimates
+    unfelt = replace(made, estimates=(replace(first, felt=False, identified=False), *others), test=None)
+    (text,) = doubts_of_fit(replace(unfelt, found=replace(made.found, settled=True)))
+    assert text.startswith(f"nothing that was recorded depends on {first.parameter.name}: still at the prior")
+    files = write_fit(unfelt, tmp_path, data="tank.csv", title="tank")
+    assert "NOT IDENTIFIED: nothing that was recorded depends on it" in files[0].read_text()
+    assert json.loads(files[1].read_text())["parameters"][first.parameter.name]["has_influence"] is False
+    assert "no: without influence" in files[3].read_text()
+    assert all(e.felt for e in made.estimates)  # also of what is mostly the prior
+
+
 def test_a_parameter_without_effect_is_refused():
     plan = load_plan({**PLAN, "parameters": {"w": {"path": "diameter_m"}}})
     with pytest.raises(InputError, match="nothing in this vehicle's motion depends on it"):
@@ -271,7 +283,7 @@ def test_intervals_cover_the_truth():
 
 def test_a_submerged_vehicle_needs_a_depth():
     plan = load_plan({**PLAN, "start": {}})
-    with pytest.raises(InputError, match=r"submerged \(terms.weight\), and nothing says how deep"):
+    with pytest.raises(InputError, match="submerged, and nothing says how deep"):
         fit(ROV, read_record(synthetic(2, rows=101), plan), plan)
 
 

@@ -10,7 +10,6 @@ import pytest
 import pelagos as pl
 from pelagos.errors import InputError, LookupFailed, PelagosWarning, ScenarioError
 from pelagos.identification import fit, load_plan, read_record
-from pelagos.identification.doubts import doubts_of_commands
 from pelagos.sim.replay import Recording
 
 TOPIC = "/usv0/actuator_commands"
@@ -164,20 +163,6 @@ def test_a_vehicle_is_found_again_from_motion_told_twice_a_second(tmp_path):
     assert record.step_s / plan.substeps == pytest.approx(0.1, rel=1e-12)
     for e in fit(boat({"X_u": 14.0, "N_r": 18.0, "lag": 0.4}), record, plan).estimates:
         assert e.value == pytest.approx(TRUE[e.parameter.name], rel=1e-4)
-
-
-def test_thrust_that_the_surface_takes_is_told(tmp_path):
-    """A keel 0.09 m deep (55 kg on 6000 N/m) is 1.2 radii of a propeller of 0.15 m; Minsaas 1983: of the thrust
-    1 - 0.675 (1 - 0.769 h/R)^1.258 is left, from 1.3 radii on all of it."""
-    recorded(tmp_path / "run.mcap", seconds=20)
-    plan = load_plan({"parameters": PATHS}, recording=tmp_path / "run.mcap", agent="usv0")
-    record = read_record(tmp_path / "run.mcap", plan)
-    vehicle = boat(TRUE)
-    assert doubts_of_commands(record, pl.Vehicle.from_dict(vehicle).model) == ()
-    vehicle["actuators"]["starboard"]["diameter_m"] = 0.15
-    (text,) = doubts_of_commands(record, pl.Vehicle.from_dict(vehicle).model)
-    lost = 67.5 * (1 - 0.769 * 55 * 9.81 / 6000 / 0.075) ** 1.258
-    assert text.startswith(f"starboard is so near the surface that a run takes up to {lost:.2g} % of its force")
 
 
 def test_a_recording_without_commands_says_how_to_have_them(tmp_path):

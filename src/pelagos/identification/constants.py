@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 Place = tuple[str | int, ...]
 """Names of fields, keys and indices from the model down to a number."""
@@ -22,6 +23,9 @@ def numbers_of(node: Any, at: Place = ()) -> Iterator[tuple[Place, float]]:
     elif is_dataclass(node) and not isinstance(node, type):
         for f in fields(node):
             yield from numbers_of(getattr(node, f.name), (*at, f.name))
+    elif isinstance(node, BaseModel):  # terms that keep their coefficients as they were configured
+        for name in type(node).model_fields:
+            yield from numbers_of(getattr(node, name), (*at, name))
     elif isinstance(node, Mapping):
         for key, value in node.items():
             yield from numbers_of(value, (*at, key))
@@ -42,6 +46,10 @@ def with_numbers(node: Any, values: Mapping[Place, Any]) -> Any:
         below.setdefault(place[0], {})[place[1:]] = value
     if is_dataclass(node) and not isinstance(node, type):
         return replace(node, **{str(name): with_numbers(getattr(node, str(name)), v) for name, v in below.items()})
+    if isinstance(node, BaseModel):
+        return node.model_copy(
+            update={str(name): with_numbers(getattr(node, str(name)), v) for name, v in below.items()}
+        )
     if isinstance(node, Mapping):
         return {key: with_numbers(value, below[key]) if key in below else value for key, value in node.items()}
     changed = [with_numbers(value, below[k]) if k in below else value for k, value in enumerate(node)]

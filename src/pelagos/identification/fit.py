@@ -19,6 +19,7 @@ from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
+from pelagos.identification.preroll import doubts_of_preroll, with_preroll
 from pelagos.identification.problem import (
     Problem,
     cut_shots,
@@ -170,7 +171,11 @@ def fit(
     parameters = parameters_of(plan.parameters, data, water.outside)
     family = Family(_calm(data, plan), parameters, water.outside)
     depth_told(record, family.model)
-    doubtful = (*doubts_of_commands(record, family.model), *doubts_of_water(water, family.model))
+    plan = with_preroll(plan, family.model)
+    doubtful = (
+        *doubts_of_commands(record, family.model), *doubts_of_preroll(plan, family.model),
+        *doubts_of_water(water, family.model),
+    )  # fmt: skip
     for text in doubtful:
         warnings.warn(text, PelagosWarning, stacklevel=2)
     shooter = shooter_of(family, record, water)
@@ -261,6 +266,7 @@ def open_loop(
             raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
     family = Family(_calm(data, plan), given, water.outside)
     depth_told(record, family.model)
+    plan = with_preroll(plan, family.model)
     shooter = shooter_of(family, record, water)
     shots, _ = cut_shots(record, plan)
     shooter.divide(finite_substeps(shooter, family, shots, plan.substeps))

@@ -10,7 +10,7 @@ import yaml
 
 from pelagos.config.swarm import topic_name
 from pelagos.errors import InputError, LookupFailed
-from pelagos.identification.plan import Plan
+from pelagos.identification.plan import SHORTEST_PREROLL_S
 from pelagos.sim.command_log import COMMANDS
 from pelagos.sim.record import SCENARIO
 from pelagos.sim.replay import Recording
@@ -53,7 +53,7 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
             for name, (field, scale, zero) in COLUMNS.items()
         }
         if "windows_s" not in data:  # before, its actuators come from rest, and not from their first commands
-            found["windows_s"] = [[data.get("preroll_s", Plan.model_fields["preroll_s"].default), math.inf]]
+            found["windows_s"] = [[data.get("preroll_s") or SHORTEST_PREROLL_S, math.inf]]
         if not {"integrator", "substeps", "step_s"} & data.keys():
             period_ns = 1e9 / yaml.safe_load(recording.attachments[SCENARIO])["record"]["state_rate_hz"]
             dt_ns = int(recording.metadata["dt_ns"])
