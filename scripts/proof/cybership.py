@@ -165,10 +165,10 @@ def _identified(folder: Path) -> Fit:
     made = fit(before(), read_record(folder / "cse1_random_run4.csv.gz", how), how)
     text = "# CyberShip Enterprise I as identified from random_run4 (105 to 300 s); scripts/proof/cybership.py\n"
     (TABLES / "cybership_fitted.yaml").write_text(
-        text + yaml.safe_dump({"vehicle": made.vehicle, "outside": _outside(made)}, sort_keys=False), encoding="utf-8"
+        text + yaml.safe_dump({"vehicle": made.vehicle}, sort_keys=False), encoding="utf-8"
     )
     columns = read_table(folder / "cse1_run1.csv.gz")
-    names = ["t", "x_N", "y_E", "psi", *(c if isinstance(c, str) else c.column for c in how.commands.values())]
+    names = ["t", "x_N", "y_E", "psi", *(c.column for c in how.commands.values())]
     part = (columns["t"] >= 49) & (columns["t"] <= 126)
     keep(
         "cybership_run1.csv",
@@ -179,11 +179,6 @@ def _identified(folder: Path) -> Fit:
     return made
 
 
-def _outside(made: Fit) -> dict[str, float]:
-    """What does not belong to the vehicle: how the tracker's frame stands on it."""
-    return {"offset.heading": made.value("offset.heading")}
-
-
 def _unseen(folder: Path, made: Fit) -> list[Row]:
     rows = []
     assert made.test is not None
@@ -191,7 +186,7 @@ def _unseen(folder: Path, made: Fit) -> list[Row]:
         _score(f"{WORDS[c]} velocity, open loop 15 s, last 60 s of random_run4, R2", made.test.r2[c], c) for c in BARS
     ]
     how = plan(**RUN1)
-    whole, _, _ = open_loop(made.vehicle, read_record(folder / "cse1_run1.csv.gz", how), how, _outside(made))
+    whole, _, _ = open_loop(made.vehicle, read_record(folder / "cse1_run1.csv.gz", how), how)
     rows += [_score(f"{WORDS[c]} velocity, open loop 15 s, run1, 180 s, R2", whole.r2[c], c) for c in BARS]
     return rows
 
@@ -201,7 +196,7 @@ def run1() -> Any:
     how = plan(**{**RUN1, "windows_s": [[50, 111]]})
     found = yaml.safe_load((TABLES / "cybership_fitted.yaml").read_text(encoding="utf-8"))
     record = read_record(table("cybership_run1.csv"), how)
-    score, seen, shots = open_loop(found["vehicle"], record, how, found["outside"])
+    score, seen, shots = open_loop(found["vehicle"], record, how)
     return record, seen, shots, score
 
 

@@ -110,6 +110,7 @@ def test_a_fit_moves_a_vehicle_as_a_run_does(name, tmp_path):
         assert max(other.rms.values()) > 10 * allowed, other.rms
 
 
+@pytest.mark.slow  # 20 s
 def test_thrusters_that_the_surface_weakens_are_found_again(tmp_path):
     """Two propellers 0.12 m deep (55 kg on 6000 N/m, and 0.03 m), 1.1 radii: 15 % of their thrust and more is gone."""
     scenario = scenario_of(BOAT, 0.0)
@@ -275,11 +276,12 @@ def test_coefficients_that_a_term_keeps_as_configured_are_parameters():
 
 def test_waves_of_a_scenario_are_warned_of():
     scenario = scenario_of(BOAT, 0.0, ocean={"waves": [{"type": "regular", "height_m": 0.3, "period_s": 4}]})
-    parameters = {"N": {"path": "terms.damping.diagonal.5"}}
-    plan = load_plan({"columns": {"heading": "psi"}, "commands": {n: n for n in BOAT["actuators"]}, "segment_s": 1,
-                      "iterations": 1, "bootstrap": 0, "parameters": parameters})  # fmt: skip
+    plan = load_plan({"columns": {"heading": "psi"}, "commands": {n: n for n in BOAT["actuators"]},
+                      "parameters": {"N": {"path": "terms.damping.diagonal.5"}}})  # fmt: skip
     t = 0.1 * np.arange(40)
-    data = {"t": t, "psi": 0.3 * np.sin(t), "port": 20 * np.sin(3 * t), "starboard": -20 * np.sin(3 * t)}
-    with pytest.warns(PelagosWarning) as told:
-        fit(BOAT, read_record(data, plan), plan, scenario=scenario)
-    assert str(told[0].message).startswith("ocean.waves: left out")
+    record = read_record({"t": t, "psi": 0 * t, "port": t, "starboard": t}, plan)
+    with (
+        pytest.warns(PelagosWarning, match=r"ocean\.waves: left out"),
+        pytest.raises(InputError, match="longest stretch"),
+    ):
+        fit(BOAT, record, plan, scenario=scenario)

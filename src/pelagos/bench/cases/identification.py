@@ -22,7 +22,7 @@ _SURGE_DRAG: Final = 2.9  # of the ship that sails; the plan's prior is 2.2
 
 
 def fit_cse1_s() -> Measured:
-    """Time of the fit of 195 s, eighteen parameters, and of its judgement on the 65 s after."""
+    """Time of the fit of 195 s, seventeen parameters, and of its judgement on the 65 s after."""
     scenario, plan = example("fit_usv.yaml"), load_plan(example("fit_usv_plan.yaml"))
     vehicle = load_scenario(scenario).members["usv0"].vehicle
     made = fit(vehicle, read_record(_record(scenario), plan), plan)
