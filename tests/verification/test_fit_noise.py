@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import pelagos as pl
 from pelagos.cli.main import app
-from pelagos.errors import InputError
+from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.noise import allan_deviation, even_rate, fit_beams, fit_noise, keys_of
 
 
@@ -119,3 +119,95 @@ def test_the_command_prints_keys_that_the_imu_knows(tmp_path):
     assert CliRunner().invoke(app, ["fit-noise", str(file)]).exit_code != 0
     wrong = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gz"])
     assert wrong.exit_code != 0
+
+
+def flicker(n: int, rate: float, bias: float, random: np.random.Generator) -> np.ndarray:
+    """Noise with the density B^2/(2 pi f) on either side of 0 (IEEE Std 952-1997, Annex C.1.4)."""
+    f = np.fft.rfftfreq(n, 1 / rate)
+    density = np.zeros_like(f)
+    density[1:] = bias**2 / (2 * np.pi * f[1:])
+    waves = (random.normal(size=len(f)) + 1j * random.normal(size=len(f))) / np.sqrt(2)
+    return np.fft.irfft(waves * np.sqrt(density * n * rate), n)
+
+
+@pytest.mark.parametrize(
+    ("white", "bias", "walk"), [(0.01, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, 0.003), (0.01, 0.02, 0.0)]
+)
+def test_terms_that_are_there_are_seen_and_no_others(white, bias, walk):
+    """100 000 samples at 100 Hz, three records: N to 1 %, B to 5 % and K to 10 %."""
+    n, rate = 100_000, 100.0
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        values = white * np.sqrt(rate) * random.normal(size=n) + flicker(n, rate, bias, random)
+        values += walk / np.sqrt(rate) * np.cumsum(random.normal(size=n))
+        found = fit_noise(values, rate)
+        for term, true, part in (
+            (found.white, white, 0.01), (found.bias_instability, bias, 0.05), (found.random_walk, walk, 0.1)
+        ):  # fmt: skip
+            assert term.visible == (true > 0)
+            assert true == 0 or term.value == pytest.approx(true, rel=part)
+
+
+def test_the_deviation_is_that_of_its_definition():
+    """Half the mean square of the difference of neighbouring means of m samples."""
+    values = np.cumsum(np.random.default_rng(3).normal(size=700)) + 4.0
+    for m in (1, 7, 60):
+        means = np.convolve(values, np.ones(m) / m, "valid")
+        expected = np.sqrt(0.5 * np.mean((means[m:] - means[:-m]) ** 2))
+        assert allan_deviation(values, m) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda x, t: x + np.where(t == 9.0, 1e3, 0.0), "gx: 2 changes .* after sample 900 .8.99 s."),
+        (lambda x, t: 0.01 * x + np.sin(t), "at rest, and warm"),
+        (lambda x, t: 0.01 * x + t, "at rest, and warm"),
+    ],
+)
+def test_records_of_a_sensor_that_moved_are_warned_of(change, said):
+    t = np.arange(4000) / 100
+    x = np.random.default_rng(5).normal(size=4000)
+    fit_noise(x, 100.0)
+    with pytest.warns(PelagosWarning, match=said):
+        fit_noise(change(x, t), 100.0, label="gx: ")
+
+
+def test_beams_that_are_lost_or_in_another_unit_are_told():
+    random = np.random.default_rng(8)
+    azimuth = np.radians([45, 135, -135, -45])
+    axes = np.stack([0.5 * np.cos(azimuth), 0.5 * np.sin(azimuth), -0.87 * np.ones(4)], -1)
+    beams = np.cumsum(random.normal(size=(2000, 3)) * 0.02, axis=0) @ axes.T + 0.004 * random.normal(size=(2000, 4))
+    beams = beams[np.abs(beams[:, 1]) > 0.1]
+    assert fit_beams(list(beams.T)).noise_mps == pytest.approx(0.004, rel=0.1)
+    zeros = beams.copy()
+    zeros[::50, 1] = 0.0
+    with pytest.raises(InputError, match=r"beam 2 reads exactly 0 in .* the first in row 1 "):
+        fit_beams(list(zeros.T))
+    with pytest.raises(InputError, match="more than any vehicle has; in mm/s"):
+        fit_beams(list(1e3 * beams.T))
+    with pytest.raises(InputError, match="never changes: there is no noise"):
+        fit_beams([np.ones(300)] * 4)
+    with pytest.raises(InputError, match=r"samples are 1e.07 s apart; is the time in ms, us or ns"):
+        even_rate(1e7 * np.arange(300))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--columns", ","], "names no column"),
+        (["--columns", "t"], "t is the time"),
+        (["--columns", "gx", "--prefix", "gyro scope"], "letters, digits and _ alone"),
+        (["--beams", "a,b,c,d", "--prefix", "x_"], "belong to --columns"),
+        (["--beams", "a,b,c,d", "--time", "t"], "belong to --columns"),
+    ],
+)
+def test_options_that_cannot_be_are_told(options, said, tmp_path):
+    file = tmp_path / "imu.csv"
+    noise = np.random.default_rng(2).normal(size=300)
+    file.write_text("t,gx\n" + "\n".join(f"{10 * k},{x:.4f}" for k, x in enumerate(noise)), encoding="utf-8")
+    done = CliRunner().invoke(app, ["fit-noise", str(file), *options])
+    assert isinstance(done.exception, InputError)
+    assert said in str(done.exception)
+    good = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gx", "--time-unit", "ms"])
+    assert "300 samples, 100 a second: 3 s" in good.output
