@@ -195,7 +195,7 @@ def _gridded(
             f"give {_FINEST * step:.4g} or more"
         )
     n = int(np.floor(time[-1] / h + _NEAR)) + 1
-    grid = h * np.arange(n)
+    grid = np.asarray(h * np.arange(n), dtype=np.float64)
     there = _covered(grid, h, [t for t, _ in measured.values()], holes)
     for t, _ in commands.values():
         there &= (grid >= t[0] - _NEAR * h) & (grid <= t[-1] + _NEAR * h)

@@ -106,6 +106,7 @@ class Shooter:
             c = len(places)
             *given, step = commands
             deep = deep_model(numbered(constants[:c]))
+            assert deep is not None
             return _step(vehicle.with_model(deep), x, constants[c:], given, step, around)
 
         def look(x: list[Array], constants: list[Array], step: Array, around: Any) -> Array:

@@ -83,7 +83,7 @@ def numeric(values: Any, label: str) -> NDArray[Any]:
         InputError: it is no column, or holds dates or something that is no number (names the row).
     """
     if isinstance(values, np.ma.MaskedArray):
-        values = values.astype(np.float64).filled(np.nan)
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     try:
         raw = np.asarray(values)
     except ValueError as error:
