@@ -34,6 +34,7 @@ from pelagos.identification.shots import Shooter, Shots
 from pelagos.identification.steps import MOST, SHARE, finite_substeps, step_shift
 from pelagos.identification.water import Water, depth_told, water_of
 from pelagos.vehicles.config import VehicleConfig
+from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
 _RESEMBLANCE: Final = 0.4
@@ -172,12 +173,7 @@ def fit(
     family = Family(_calm(data, plan), parameters, water.outside)
     depth_told(record, family.model)
     plan = with_preroll(plan, family.model)
-    doubtful = (
-        *doubts_of_commands(record, family.model), *doubts_of_preroll(plan, family.model),
-        *doubts_of_water(water, family.model),
-    )  # fmt: skip
-    for text in doubtful:
-        warnings.warn(text, PelagosWarning, stacklevel=2)
+    doubtful = _doubted_before(record, family.model, plan, water)
     shooter = shooter_of(family, record, water)
     all_shots, joined = cut_shots(record, plan)
     shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
@@ -233,6 +229,13 @@ def _narrowed(estimates: tuple[Estimate, ...]) -> None:
             "too little excitation: the record narrows no parameter's prior to half of its spread "
             f"({told}); record a motion in which these matter, or give narrower questions"
         )
+
+
+def _doubted_before(record: Record, model: Model, plan: Plan, water: Water) -> tuple[str, ...]:
+    found = (*doubts_of_commands(record, model), *doubts_of_preroll(plan, model), *doubts_of_water(water, model))
+    for text in found:
+        warnings.warn(text, PelagosWarning, stacklevel=3)
+    return found
 
 
 def _doubted(made: Fit, doubtful: tuple[str, ...]) -> Fit:
