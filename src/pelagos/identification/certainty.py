@@ -16,8 +16,8 @@ NORMAL_95: Final = 1.959964
 """Half width of a normal law's 95 % interval."""
 UNTOLD: Final = 0.5
 """A parameter whose interval is narrower than its prior's by less than this factor is not identified."""
-UNFELT: Final = 0.01
-"""Influence below which nothing that was recorded depends on a parameter: alone, it would narrow the prior by 5e-5."""
+UNFELT: Final = 1e-3
+"""Influence below which nothing that was recorded depends on a parameter: alone, it would narrow the prior by 5e-7."""
 ALIKE: Final = 0.98
 """Correlation from which two parameters cannot be told apart."""
 
