@@ -416,14 +416,16 @@ def test_a_delay_beyond_the_record_is_refused(key, name, delay):
 
 
 def test_a_delay_leaves_out_what_it_moves_beyond_the_record():
-    """Rows 1 s late: nothing is known of the last second; a command 0.5 s early, of the first half."""
+    """Rows 1 s late: nothing is known of the last second; commands 0.5 s early, of the first half, and 1.5 s late."""
     columns = {**PLAN["columns"], "heading": {"column": "psi", "delay_s": 1}}
-    commands = {"left_propeller": {"column": "n1", "delay_s": -0.5}}
-    record = read_record(table(), load_plan({"columns": columns, "commands": commands}))
+    early, late = {"column": "n1", "delay_s": -0.5}, {"column": "n1", "delay_s": 1.5}
+    record = read_record(table(), load_plan({"columns": columns, "commands": {"early": early}}))
     assert record.runs == ((10, 180),)
     t = table()["t"]
     np.testing.assert_allclose(record.measured["heading"][10:180], 0.4 * np.sin(t[10:180] + 1), atol=2e-4)
-    np.testing.assert_array_equal(record.commands["left_propeller"][10:], np.floor(t[10:] - 0.5 + 1e-9))
+    np.testing.assert_array_equal(record.commands["early"][10:], np.floor(t[10:] - 0.5 + 1e-9))
+    record = read_record(table(), load_plan({"columns": columns, "commands": {"early": early, "late": late}}))
+    assert record.runs == ((10, 170),)
 
 
 @pytest.mark.parametrize(

@@ -148,6 +148,15 @@ def test_terms_that_are_there_are_seen_and_no_others(white, bias, walk):
             assert true == 0 or term.value == pytest.approx(true, rel=part)
 
 
+def test_white_noise_alone_shows_nothing_else():
+    """60 records of 20 000 samples, in 11 of which another term makes a quarter of the variance somewhere."""
+    for seed in range(60):
+        found = fit_noise(np.random.default_rng(seed).normal(size=20_000), 100.0)
+        assert found.white.visible
+        assert not found.bias_instability.visible
+        assert not found.random_walk.visible
+
+
 def test_the_deviation_is_that_of_its_definition():
     """Half the mean square of the difference of neighbouring means of m samples."""
     values = np.cumsum(np.random.default_rng(3).normal(size=700)) + 4.0
@@ -180,6 +189,9 @@ def test_beams_that_are_lost_or_in_another_unit_are_told():
     beams = np.cumsum(random.normal(size=(2000, 3)) * 0.02, axis=0) @ axes.T + 0.004 * random.normal(size=(2000, 4))
     beams = beams[np.abs(beams[:, 1]) > 0.1]
     assert fit_beams(list(beams.T)).noise_mps == pytest.approx(0.004, rel=0.1)
+    beams[::90, 2] = 0.0
+    beams[::90, 3] = beams[::90, 0] - beams[::90, 1]  # a beam may well be still
+    assert fit_beams(list(beams.T)).noise_mps > 0
     zeros = beams.copy()
     zeros[::50, 1] = 0.0
     with pytest.raises(InputError, match=r"beam 2 reads exactly 0 in .* the first in row 1 "):
