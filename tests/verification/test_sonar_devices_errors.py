@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 
 import numpy as np
@@ -225,7 +226,7 @@ class TestRefused:
             (ImagingSonarConfig, {"device": "oculus_m750d", "range_min_m": 150.0},
              r"range_min_m 150 must be below range_max_m 120 \(of the device oculus_m750d\): give both"),
             (ImagingSonarConfig, {"device": "oculus_m750d_high", "pulse": "cw", "bandwidth_hz": 60e3},
-             r"is not that of a tone burst .* with pulse_s 0.0005 \(by default\), 2000 Hz; leave it out"),
+             r"is not that of a tone burst .* with pulse_s 0.0005 \(by default\), 2000 Hz: give that, or leave it out"),
             (ImagingSonarConfig, {"device": "gemini_720is", "frequency_hz": 30e3},
              r"bandwidth_hz 90000 \(of the device gemini_720is\) must be below twice frequency_hz 30000: give a band"),
             (ImagingSonarConfig, {"device": "oculus_m750d_high", "beams": 20},
@@ -241,6 +242,20 @@ class TestRefused:
     def test_conflicts_tell_whose_keys_they_are_and_what_to_do(self, config, keys, match):
         with pytest.raises(ValidationError, match=match):
             config(**keys)
+
+    @pytest.mark.parametrize(("range_max_m", "rate_hz"), [(60.0, 11.7), (120.0, 20.0), (75.3, 31.7), (700.0, 2.0)])
+    def test_limits_that_a_message_tells_are_taken(self, range_max_m, rate_hz):
+        """The largest of four digits: not less than by one in the last."""
+        with pytest.raises(ValidationError, match="is ambiguous") as told:
+            ImagingSonarConfig(range_max_m=range_max_m, rate_hz=rate_hz)
+        farthest, fastest = (
+            float(re.search(f"{key} of at most ([0-9]+(?:[.][0-9]+)?)", str(told.value))[1])
+            for key in ("range_max_m", "rate_hz")
+        )
+        ImagingSonarConfig(range_max_m=farthest, rate_hz=rate_hz)
+        ImagingSonarConfig(range_max_m=range_max_m, rate_hz=fastest)
+        assert farthest == pytest.approx(700.0 / rate_hz, rel=1e-3)
+        assert fastest == pytest.approx(700.0 / range_max_m, rel=1e-3)
 
     def test_a_devices_keys_do_not_stand_in_the_way(self):
         """A tone burst has its own bandwidth, whatever the device's chirp had."""

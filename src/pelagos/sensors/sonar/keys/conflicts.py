@@ -6,6 +6,7 @@ that he has not written.
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
@@ -31,6 +32,12 @@ def _owner(config: Any, key: str) -> str:
     return "" if key in config.model_fields_set else " (by default)"
 
 
+def _down(value: float) -> float:
+    """A limit to four digits, not above it: what a message tells to give is taken."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return float(f"{math.floor(value / step * (1.0 + 1e-12)) * step:.4g}")
+
+
 def check_order(config: Any) -> None:
     """Raises ValueError where `range_min_m` is not below `range_max_m`."""
     if config.range_min_m >= config.range_max_m:
@@ -52,7 +59,7 @@ def check_burst(config: Any) -> None:
     if config.pulse == "cw" and abs(spread - 1.0) > 1e-3:
         raise ValueError(
             f"{quote(config, 'bandwidth_hz')} is not that of a tone burst (pulse: cw) with {quote(config, 'pulse_s')}, "
-            f"{1.0 / config.pulse_s:g} Hz; leave it out"
+            f"{1.0 / config.pulse_s:g} Hz: give that, or leave it out"
         )
     if spread < _ROUNDING:
         raise ValueError(
@@ -77,8 +84,8 @@ def check_ambiguity(config: Any) -> None:
     if turn_around * config.rate_hz > 1.0:
         raise ValueError(
             f"{quote(config, 'range_max_m')} is ambiguous at {quote(config, 'rate_hz')} pings a second: the echo needs "
-            f"{turn_around:.3g} s; give a range_max_m of at most {farthest_heard(config.rate_hz, SLOWEST):.4g}, or a "
-            f"rate_hz of at most {1 / turn_around:.3g}"
+            f"{turn_around:.3g} s; give a range_max_m of at most {_down(farthest_heard(config.rate_hz, SLOWEST)):g}, "
+            f"or a rate_hz of at most {_down(1 / turn_around):g}"
         )
 
 

@@ -75,7 +75,11 @@ class PaintedNoise(Described):
 
 
 class Interference(Described):
-    """Another sonar in the same water, heard through its direct pulse; it pings by its own clock."""
+    """Another sonar in the same water, heard through its direct pulse; it pings by its own clock.
+
+    Beams hear it by their pattern in its direction, which stays where it is in the sensor frame: a head that turns
+    hears it in passing.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -83,6 +87,8 @@ class Interference(Described):
     """Its pings per second [Hz]."""
     azimuth_deg: float = 0.0
     """Where it is, in the sensor frame, positive to the left [deg]."""
+    elevation_deg: float = Field(default=0.0, ge=-90, le=90)
+    """Its height over the x-y plane of the sensor frame, as an angle [deg]; -90 straight below."""
     distance_m: float = Field(default=50.0, gt=0)
     """How far away it is [m]."""
     source_level_db: float = 190.0
@@ -257,8 +263,10 @@ def _disturber(other: Interference | None) -> Disturber | None:
     """A sonar that is not in the scenario."""
     if other is None:
         return None
-    azimuth = math.radians(other.azimuth_deg)
-    return Disturber(other.rate_hz, azimuth, other.distance_m, other.source_level_db, other.pulse_s)
+    azimuth, elevation = math.radians(other.azimuth_deg), math.radians(other.elevation_deg)
+    level = math.cos(elevation)
+    direction = (level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation))
+    return Disturber(other.rate_hz, direction, other.distance_m, other.source_level_db, other.pulse_s)
 
 
 def _painting(noise: PaintedNoise | None) -> Painting | None:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np, weighted_line_np
 from pelagos.acoustics.interference import Sent
+from pelagos.jit import Array
 from pelagos.sensors.mount import Mounted
 from pelagos.sensors.sonar.ping.aperture import Aperture
 
 if TYPE_CHECKING:
-    pass
+    from pelagos.sensors.sensor import Kinematics
 
 _LEAK: Final = 1e-4  # of the power on axis, beside all lobes; assumed
 _BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
@@ -128,10 +131,26 @@ class Emitter:
         """Its pulse."""
         return Sent(self.frequency_hz, self.bandwidth_hz, self.pulse_s, self.pulse)
 
+    def hears_from(self, direction: Sequence[float], motion: Kinematics) -> Array:
+        """One-way power pattern of its beams in a direction of the sensor frame, lanes by beams: of a head that turns,
+        as the head stands."""
+        towards = np.tile(np.asarray(direction, dtype=np.float64), (dr.width(motion.position), 1))
+        if self.angle is not None:
+            towards = headed(towards, self.angle(np.array(motion.tick).astype(np.int64)))
+        pattern = jit.Float(self.apertures.power(towards).astype(np.float32).ravel())
+        dr.make_opaque(pattern)
+        return pattern
+
     @property
     def agent(self) -> str:
         """The vehicle that carries it."""
         return self.path.split(".")[0]
+
+
+def headed(local: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Directions `(m, 3)` in the frame of a head that has turned by angles `(m,)` about z [rad]."""
+    c, s, (x, y, z) = np.cos(angle), np.sin(angle), local.T
+    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
 
 
 def _dots(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

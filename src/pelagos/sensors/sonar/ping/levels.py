@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import drjit as dr
-import numpy as np
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db
 from pelagos.jit import Array
@@ -33,13 +31,15 @@ _DISTURBED: Final = 0x20000000  # counts of the random phases of another sonar's
 class Din:
     """Sound besides echoes and noise: of the water, coherent echoes, vehicles; and beams with painted streaks.
 
-    `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`; `vehicles` see `noise_by_beam`.
+    `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`; `vehicles` see `noise_by_beam`;
+    `disturber`, pings by beams, the pattern towards the sonar that is not in the scenario.
     """
 
     coherent: Array | None = None
     haze: Haze | None = None
     streaks: Array | None = None
     vehicles: Array | None = None
+    disturber: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -83,12 +83,12 @@ def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, nois
 
 
 def with_disturber(
-    signal: list[Array], spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, counter: list[Array]
+    signal: list[Array], spec: PingSpec, cells: Cells, moment: Moment, pattern: Array, counter: list[Array]
 ) -> list[Array]:
     """Amplitudes with another sonar's pulse, which has one phase in all beams, and another one in each bin: behind a
-    filter that does not match, a pulse goes on and on."""
+    filter that does not match, a pulse goes on and on. `pattern` is of each cell's beam towards it, one way."""
     assert spec.disturber is not None
-    size = dr.sqrt(disturbance(spec.disturber, spec, layout, cells, moment) * cells.gain)
+    size = dr.sqrt(disturbance(spec.disturber, spec, cells, moment) * pattern * cells.gain)
     word = words32(moment.key, jit.UInt32(cells.bin) + _DISTURBED, *counter)[0]
     cosine, sine = cosine_sine(jit.Float(word) * 2.0**-32)
     return [dr.fma(size, part, value) for part, value in zip((cosine, sine), signal, strict=True)]
@@ -149,11 +149,11 @@ def to_scale(spec: PingSpec, intensity: Array) -> Array:
     return larger(smaller(unit, 1.0), 0.0)
 
 
-def disturbance(other: Disturber, spec: PingSpec, layout: Layout, cells: Cells, moment: Moment) -> Array:
+def disturbance(other: Disturber, spec: PingSpec, cells: Cells, moment: Moment) -> Array:
     """Intensity of another sonar's direct pulse re the source level at 1 m, where it falls into this ping.
 
     The other one's clock starts at t = 0; a pulse that was sent at its k-th period arrives distance/c later, and is
-    heard in the bin of its time after this sonar's own transmission, in all beams by their pattern.
+    heard in the bin of its time after this sonar's own transmission.
     """
     lanes, t_ns = moment.lanes, moment.t_ns
     lane = jit.UInt32(cells.ping)
@@ -167,9 +167,4 @@ def disturbance(other: Disturber, spec: PingSpec, layout: Layout, cells: Cells, 
     within = (phase - dr.floor(phase)) * period
     level = other.source_level_db - spec.source_level_db - loss * other.distance_m
     level -= 20.0 * math.log10(other.distance_m)
-    table = jit.Float(0)
-    length = line_length(layout.horizontal_width)
-    seen = line_np(np.sin(layout.azimuths) - math.sin(other.azimuth), length) ** 2
-    for k in np.flatnonzero(seen > 1e-4):
-        table = dr.select(cells.beam == int(k), float(seen[k]), table)
-    return dr.select(within < other.pulse_s, from_db(level) * table, 0.0)
+    return dr.select(within < other.pulse_s, from_db(level), 0.0)

@@ -48,11 +48,11 @@ class Disturber:
 
     Attributes:
         rate_hz, distance_m, source_level_db, pulse_s: of its pings.
-        azimuth: where it is, positive to the left [rad].
+        direction: where it is, unit vector in the sensor frame.
     """
 
     rate_hz: float
-    azimuth: float
+    direction: tuple[float, float, float]
     distance_m: float
     source_level_db: float
     pulse_s: float

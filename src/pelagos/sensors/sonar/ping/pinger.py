@@ -194,6 +194,8 @@ class Pinger:
             heard = self._neighbours.heard(self._own, self._hears, motion, others=isinstance(self._spec.hears, str))
             if heard is not None:
                 found["heard"] = heard
+        if self._spec.disturber is not None:
+            found["disturber"] = self._own.hears_from(self._spec.disturber.direction, motion)
         if self._bystanders.some:
             din = self._bystanders.heard(motion)
             if din is not None:
@@ -262,7 +264,7 @@ class Pinger:
             others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
             coherent = others if coherent is None else coherent + others
         vehicles = None if noisy is None else noise_by_beam(caster, noisy, lanes, layout.beams)
-        din = Din(coherent, seen, self._streaks(view, fan, pings), vehicles)
+        din = Din(coherent, seen, self._streaks(view, fan, pings), vehicles, besides.get("disturber"))
         moment = Moment(lanes, spin, motion.t_ns, ping.key)
         signals: list[Array] = []
         heard, full = constants, spec

@@ -74,8 +74,11 @@ def receive(
         if din.coherent is not None:
             extra = dr.gather(jit.Array2f, din.coherent, cell_of(layout, spec, here), here.beam < beams)
             signal = [dr.fma(part, dr.sqrt(here.gain), value) for part, value in zip(extra, signal, strict=True)]
-        if spec.disturber is not None:
-            signal = with_disturber(signal, spec, layout, here, moment, counter)
+        if din.disturber is not None:
+            row, known = jit.UInt32(here.ping * beams + here.beam), here.beam < beams
+            signal = with_disturber(
+                signal, spec, here, moment, dr.gather(jit.Float, din.disturber, row, known), counter
+            )
         return levels(spec, signal, words[i % 4], here, power)
 
     out = hearing(echoes, constants.pulse, weights, finish, channels=2, outputs=3 if spec.iq else 1)

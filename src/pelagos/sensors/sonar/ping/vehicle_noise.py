@@ -20,7 +20,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import BatchPath
-from pelagos.sensors.sonar.ping.emitter import Emitter
+from pelagos.sensors.sonar.ping.emitter import Emitter, headed
 from pelagos.sensors.sonar.ping.fan import Lanes
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ class Bystanders:
         density = density - 20.0 * np.log10(np.maximum(distance, _NEAREST))
         local = rotate_np(here.attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
         if self._own.angle is not None:
-            local = _headed(local, self._own.angle(here.tick))
+            local = headed(local, self._own.angle(here.tick))
         level = 10.0 ** (density[:, None] / 10.0) * self._gain * self._own.apertures.power(local)
         mine = np.array([name == agent for name in self._carriers])[here.carrier]
         deaf = mine if self._which == "others" else ~mine if self._which == "own" else np.zeros_like(mine)
@@ -245,12 +245,6 @@ def _chosen(makers: Mapping[str, NoiseSource], which: str | None, carriers: Sequ
         return {name: source for name, source in makers.items() if name in carriers}
     alone = set(carriers) if which == "others" and len(carriers) == 1 else set()
     return {name: source for name, source in makers.items() if name not in alone}
-
-
-def _headed(local: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Directions in the frame of a head that has turned about z [rad]."""
-    c, s, (x, y, z) = np.cos(angle), np.sin(angle), local.T
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
 
 
 def _struct(rows: Sequence[_Row], lanes: int) -> VehicleNoise:
