@@ -40,7 +40,8 @@ LIGHTS: dict[str, Any] = {
 }  # fmt: skip
 DISTURBED: dict[str, Any] = {
     "interference": {
-        "rate_hz": 3.0, "azimuth_deg": 11.0, "distance_m": 20.0, "source_level_db": 190.0, "pulse_s": 1e-3
+        "rate_hz": 3.0, "azimuth_deg": 11.0, "elevation_deg": -4.0, "distance_m": 20.0, "source_level_db": 190.0,
+        "pulse_s": 1e-3,
     },
     "painted_noise": {
         "additive": 0.1, "additive_reference_db": -20.0, "multiplicative": 0.1, "range_m": 0.3,
@@ -56,6 +57,8 @@ FAULTY: dict[str, Any] = {
     "vehicle_noise": "none", "elements": True, "channel_gain_db": 1.0, "channel_phase_deg": 8.0, "dead_elements": 0.1,
 }  # fmt: skip
 """Errors of a receive array's channels, which no noise of vehicles may be beside."""
+PLAIN_TONE: dict[str, Any] = {"bandwidth_hz": 2000.0, "pulse_s": 5e-4, "sound_speed_mps": 1470.0}
+"""A chirp as short as a tone burst, which it may become, and a sound speed that others may take the place of."""
 NARROW: dict[str, Any] = {"bins": 128, "source_level_db": 150.0}
 SETTINGS: Mapping[str, Settings] = {
     "depth": ({"drift_m": 0.5, "drift_time_s": 40.0, "resolution_m": 0.0}, {}),
@@ -97,11 +100,17 @@ SETTINGS: Mapping[str, Settings] = {
     ),
     "sidescan": (
         {"bins": 128, "rays_per_side": 128, "orientation_deg": [3.0, -4.0, -46.0], "beamwidth_deg": 15.0},
-        {"bins": 128, "rays_per_side": 128, **BUSY, **DISTURBED},
+        {
+            "bins": 128, "rays_per_side": 128, "beamwidth_deg": 15.0, **BUSY, **DISTURBED, **PLAIN_TONE,
+            "interference": {**DISTURBED["interference"], "azimuth_deg": 82.0},
+        },  # heard abeam
     ),
     "mechanical_scanning_sonar": (
         {"bins": 128, "rays": 64, "orientation_deg": [3.0, -4.0, 44.0], "sector_deg": 9.0},
-        {"bins": 128, "rays": 64, **BUSY, **DISTURBED},
+        {
+            "bins": 128, "rays": 64, "orientation_deg": [3.0, 76.0, 44.0], "sector_deg": 20.0, **BUSY, **DISTURBED,
+            **PLAIN_TONE,
+        },  # squarely onto the bottom
     ),
     "synthetic_aperture_sonar": (
         {"bins": 128, "rays": 1024, "range_max_m": 8.2, "orientation_deg": [3.0, -4.0, -46.0]},
@@ -142,6 +151,10 @@ DEAF: dict[str, str] = {
     "ais.address": "numbers it among radios, of which none sends to it; ships know it by its mmsi",
     "multibeam.refraction=true": "is what auto does in this layered water",
     "singlebeam.refraction=true": "is what auto does in this layered water",
+    "sidescan.refraction=true": "is what auto does in this layered water",
+    "mechanical_scanning_sonar.refraction=true": "is what auto does in this layered water",
+    "imaging_sonar.refraction=true": "is what auto does in this layered water",
+    "profiling_sonar.refraction=true": "is what auto does in this layered water",
     "modem.modulation=qpsk!": "is what it has by default, and warned of beside an order of chirps",
     "dvl.bed_grain_mm": "no grain moves in the current of 0.2 m/s",
     "optical_modem.orientation_deg.0": "its cone is round about its axis",

@@ -33,11 +33,11 @@ QUICK = (
 SLOW = (
     "ais", "altimeter", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera", "fluorometer",
     "hydrophone", "imu", "lbl", "lidar", "magnetometer", "modem", "multibeam", "optical_modem", "oxygen", "radio",
-    "range_bearing", "range_finder", "singlebeam", "sound_velocity", "tracer", "turbidity",
+    "range_bearing", "range_finder", "sidescan", "singlebeam", "sound_velocity", "tracer", "turbidity",
 )  # fmt: skip
 """Sensors that are held to it."""
 NOT_YET = (
-    "adcp", "camera", "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar", "sidescan",
+    "adcp", "camera", "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar",
     "synthetic_aperture_sonar", "usbl",
 )  # fmt: skip
 """Sensors without settings in which all of their keys are heard; the list only shrinks."""
@@ -45,7 +45,12 @@ TICKS = 9
 LOUD: Mapping[str, Any] = {"radiated_noise": {"type": "thrusters", "level_db": 170.0}}
 SIDEWAYS = ("sidescan", "synthetic_aperture_sonar")
 SONARS = (*SIDEWAYS, "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar", "singlebeam", "multibeam")
-"""Sensors that hear the noise of vehicles; over them are waves, where a scene may have any."""
+"""Sensors that hear the noise of vehicles."""
+WAVY = ("sidescan", "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar")
+"""Sensors that are tried under waves."""
+WAVES: Mapping[str, Any] = {
+    "waves": {"type": "regular", "height_m": 0.4, "period_s": 3.1, "towards_deg": 115.0, "phase_deg": 40.0}
+}
 LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "radio": "radio", "usbl": "modem"}
 """Sensors that tell what others sent, and who sends."""
 CARRIED: Mapping[str, dict[str, Any]] = {
@@ -135,6 +140,13 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def tried_in(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
+    """The sea in which keys are tried."""
+    scenario = sea(name, config)
+    scenario["ocean"] |= WAVES if name in WAVY else {}
+    return scenario
+
+
 class Bench:
     """A sensor in the midst of a run of its sea, where it is exchanged and asked again about the same motions."""
 
@@ -142,7 +154,7 @@ class Bench:
         config = registry.entries("sensor", plugins=False)[name].config.model_validate(own(name, base))
         self.numbers: Any = None  # of what was measured last
         self.base = {key: value for key, value in config.model_dump(mode="json").items() if key != "type"}
-        self.sim = pl.Simulation.load(sea(name, base))
+        self.sim = pl.Simulation.load(tried_in(name, base))
         self.motions: list[tuple[Any, Mapping[str, Any]]] = []  # own, and everybody's at that time
         self.neighbours = self.sim.stepper.sensing._encounters.neighbours
         sensor = self.sensor
@@ -232,7 +244,7 @@ def run(name: str, config: Mapping[str, Any], numbers: list[Any] | None = None) 
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         try:
-            sim = pl.Simulation.load(sea(name, config))
+            sim = pl.Simulation.load(tried_in(name, config))
             if idle(told):
                 return None
             obs = sim.reset()
