@@ -108,8 +108,12 @@ SETTINGS: Mapping[str, Settings] = {
     "mechanical_scanning_sonar": (
         {"bins": 128, "rays": 64, "orientation_deg": [3.0, -4.0, 44.0], "sector_deg": 9.0},
         {
-            "bins": 128, "rays": 64, "orientation_deg": [3.0, 76.0, 44.0], "sector_deg": 20.0, **BUSY, **DISTURBED,
-            **PLAIN_TONE,
+            "bins": 128, "rays": 64, "orientation_deg": [3.0, -4.0, 44.0], "sector_deg": 20.0, **BUSY, **PLAIN_TONE,
+            "interference": {**DISTURBED["interference"], "source_level_db": 165.0},
+        },  # which the converter does not cut off
+        {
+            "bins": 128, "rays": 64, "orientation_deg": [3.0, 76.0, 44.0], "sector_deg": 9.0,
+            "painted_noise": DISTURBED["painted_noise"],
         },  # squarely onto the bottom
     ),
     "synthetic_aperture_sonar": (

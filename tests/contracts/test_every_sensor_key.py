@@ -32,13 +32,13 @@ QUICK = (
 )  # fmt: skip
 SLOW = (
     "ais", "altimeter", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera", "fluorometer",
-    "hydrophone", "imu", "lbl", "lidar", "magnetometer", "modem", "multibeam", "optical_modem", "oxygen", "radio",
-    "range_bearing", "range_finder", "sidescan", "singlebeam", "sound_velocity", "tracer", "turbidity",
+    "hydrophone", "imu", "lbl", "lidar", "magnetometer", "mechanical_scanning_sonar", "modem", "multibeam",
+    "optical_modem", "oxygen", "radio", "range_bearing", "range_finder", "sidescan", "singlebeam", "sound_velocity",
+    "tracer", "turbidity",
 )  # fmt: skip
 """Sensors that are held to it."""
 NOT_YET = (
-    "adcp", "camera", "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar",
-    "synthetic_aperture_sonar", "usbl",
+    "adcp", "camera", "imaging_sonar", "profiling_sonar", "synthetic_aperture_sonar", "usbl",
 )  # fmt: skip
 """Sensors without settings in which all of their keys are heard; the list only shrinks."""
 TICKS = 9
