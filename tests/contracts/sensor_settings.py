@@ -48,6 +48,8 @@ DISTURBED: dict[str, Any] = {
         "azimuth_streaks": "dark",
     },
 }  # fmt: skip
+FAINTLY: dict[str, Any] = {"interference": {**DISTURBED["interference"], "source_level_db": 165.0}, "scale": "db"}
+"""What neither the converter of `BUSY` cuts off nor the scale."""
 BUSY: dict[str, Any] = {
     "multipath": "surface_and_bottom", "ringing_db": 150.0, "adc_bits": 12, "adc_full_scale_db": 150.0,
     "volume_scattering_db": -50.0, "volume_scatterers_per_m3": 20.0,
@@ -87,16 +89,21 @@ SETTINGS: Mapping[str, Settings] = {
     ),
     "imaging_sonar": (
         {"rays_per_beam": 24},
-        {"rays_per_beam": 24, **BUSY, **DISTURBED},
+        {"rays_per_beam": 24, **BUSY, **PLAIN_TONE, **FAINTLY},
         {
             "rays_per_beam": 24, **FAULTY, "transmit_gain_db": 1.0, "transmit_phase_deg": 8.0,
             "transmit_dead_elements": 0.1,
         },
+        {"rays_per_beam": 24, "orientation_deg": [3.0, 76.0, 5.0], "painted_noise": DISTURBED["painted_noise"]},
     ),
     "profiling_sonar": (
         {"beams": 32, "bins": 64, "rays_per_beam": 24, "vertical_beamwidth_deg": 12.0},
-        {"beams": 32, "bins": 64, "rays_per_beam": 24, **BUSY, **DISTURBED},
+        {"beams": 32, "bins": 64, "rays_per_beam": 24, **BUSY, **PLAIN_TONE, **FAINTLY},
         {"beams": 32, "bins": 64, "rays_per_beam": 24, **FAULTY},
+        {
+            "beams": 32, "bins": 64, "rays_per_beam": 24, "orientation_deg": [3.0, 76.0, 5.0],
+            "painted_noise": DISTURBED["painted_noise"],
+        },
     ),
     "sidescan": (
         {"bins": 128, "rays_per_side": 128, "orientation_deg": [3.0, -4.0, -46.0], "beamwidth_deg": 15.0},
@@ -108,9 +115,9 @@ SETTINGS: Mapping[str, Settings] = {
     "mechanical_scanning_sonar": (
         {"bins": 128, "rays": 64, "orientation_deg": [3.0, -4.0, 44.0], "sector_deg": 9.0},
         {
-            "bins": 128, "rays": 64, "orientation_deg": [3.0, -4.0, 44.0], "sector_deg": 20.0, **BUSY, **PLAIN_TONE,
-            "interference": {**DISTURBED["interference"], "source_level_db": 165.0},
-        },  # which the converter does not cut off
+            "bins": 128, "rays": 64, "orientation_deg": [3.0, -4.0, 44.0], "sector_deg": 32.0, **BUSY, **PLAIN_TONE,
+            **FAINTLY,
+        },
         {
             "bins": 128, "rays": 64, "orientation_deg": [3.0, 76.0, 44.0], "sector_deg": 9.0,
             "painted_noise": DISTURBED["painted_noise"],
@@ -159,6 +166,8 @@ DEAF: dict[str, str] = {
     "mechanical_scanning_sonar.refraction=true": "is what auto does in this layered water",
     "imaging_sonar.refraction=true": "is what auto does in this layered water",
     "profiling_sonar.refraction=true": "is what auto does in this layered water",
+    "imaging_sonar.vehicle_noise=all!": "is what it has by default, and is refused beside elements",
+    "profiling_sonar.vehicle_noise=all!": "is what it has by default, and is refused beside elements",
     "modem.modulation=qpsk!": "is what it has by default, and warned of beside an order of chirps",
     "dvl.bed_grain_mm": "no grain moves in the current of 0.2 m/s",
     "optical_modem.orientation_deg.0": "its cone is round about its axis",

@@ -32,13 +32,13 @@ QUICK = (
 )  # fmt: skip
 SLOW = (
     "ais", "altimeter", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera", "fluorometer",
-    "hydrophone", "imu", "lbl", "lidar", "magnetometer", "mechanical_scanning_sonar", "modem", "multibeam",
-    "optical_modem", "oxygen", "radio", "range_bearing", "range_finder", "sidescan", "singlebeam", "sound_velocity",
-    "tracer", "turbidity",
+    "hydrophone", "imaging_sonar", "imu", "lbl", "lidar", "magnetometer", "mechanical_scanning_sonar", "modem",
+    "multibeam", "optical_modem", "oxygen", "radio", "range_bearing", "range_finder", "sidescan", "singlebeam",
+    "sound_velocity", "tracer", "turbidity",
 )  # fmt: skip
 """Sensors that are held to it."""
 NOT_YET = (
-    "adcp", "camera", "imaging_sonar", "profiling_sonar", "synthetic_aperture_sonar", "usbl",
+    "adcp", "camera", "profiling_sonar", "synthetic_aperture_sonar", "usbl",
 )  # fmt: skip
 """Sensors without settings in which all of their keys are heard; the list only shrinks."""
 TICKS = 9
@@ -332,6 +332,7 @@ def test_every_sensor_is_held_to_it() -> None:
     assert not {*QUICK, *SLOW} & set(NOT_YET)
 
 
+@pytest.mark.filterwarnings("ignore:.*leaves out the noise:pelagos.errors.ValidityWarning")
 @pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
 def test_every_key_of_a_sensor_changes_what_it_reads_as_known(name: str) -> None:
     numbers: dict[str, Any] = {}
