@@ -508,6 +508,15 @@ class TestEffects:
         assert found[16] == pytest.approx(curve(plain[16]), abs=1e-6)  # straight ahead
         assert found[4] == pytest.approx(plain[4])  # 47 deg aside
 
+    @pytest.mark.parametrize(
+        ("noise", "told"),
+        [({"additive_reference_db": -30.0}, "without 'additive'"),
+         ({"additive_reference_db": -30.0, "additive": 0.1, "onto": "level"}, "without 'onto: intensity'")],
+    )  # fmt: skip
+    def test_keys_of_painted_noise_that_change_nothing_are_told(self, noise, told):
+        with pytest.warns(ValidityWarning, match=f"painted_noise: 'additive_reference_db' changes nothing {told}"):
+            self.imaging([below(300.0)], painted_noise=noise)
+
     def test_painted_noise_onto_levels_is_of_the_picture(self):
         """Rayleigh: mean sigma sqrt(pi / 2), variance (2 - pi / 2) sigma^2; a factor's spread grows with the level."""
         sigma, factor = 0.04, 0.1

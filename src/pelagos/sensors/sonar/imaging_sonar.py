@@ -16,7 +16,7 @@ from pelagos.config.rate import Rate
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ping_spec
-from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, element_tables, layout
+from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, element_tables, layout, warn_of_seed
 from pelagos.sensors.sonar.ping.elevation_strata import strata
 from pelagos.sensors.sonar.ping.pinger import Pinger
 
@@ -117,6 +117,7 @@ class ImagingSonar:
 
     def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
         self.config = config
+        warn_of_seed(config, context.path)
         shape = layout(config)
         shape = replace(shape, aperture=replace(shape.aperture, transmit=transmit_line(config)))
         self._pinger = Pinger(ping_spec(config, context), context, fan_rays(config), shape)

@@ -12,7 +12,7 @@ from pydantic import Field
 from pelagos.config.rate import Rate
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ping_spec
-from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, element_tables, layout
+from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, element_tables, layout, warn_of_seed
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
 
@@ -70,6 +70,7 @@ class ProfilingSonar:
 
     def __init__(self, config: ProfilingSonarConfig, context: SensorContext) -> None:
         self.config = config
+        warn_of_seed(config, context.path)
         self._spec = ping_spec(config, context)
         self._pinger = Pinger(self._spec, context, fan_rays(config), layout(config))
         self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges, **element_tables(config)}

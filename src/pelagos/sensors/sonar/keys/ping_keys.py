@@ -29,6 +29,10 @@ _NEEDS: Final = (
     Need(("multipath_order", "surface_loss_db"), "multipath", ("surface", "surface_and_bottom")),
     Need(("bottom_loss_db",), "multipath", ("surface_and_bottom",)),
 )
+_PAINTED: Final = (
+    Need(("additive_reference_db",), "additive"),
+    Need(("additive_reference_db",), "onto", ("intensity",)),
+)
 
 
 def _none_or_some(bins: int) -> int:
@@ -218,6 +222,8 @@ def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
     """The ping that a configuration asks for, in the weather of its ocean; warns of keys that change nothing."""
     if told := idle(config, _NEEDS, device=device_keys(config)):
         warnings.warn(f"{context.path}: {told}", ValidityWarning, stacklevel=4)
+    if config.painted_noise is not None and (told := idle(config.painted_noise, _PAINTED)):
+        warnings.warn(f"{context.path}.painted_noise: {told}", ValidityWarning, stacklevel=4)
     bounces = None
     if config.multipath != "none":
         bottom = config.multipath == "surface_and_bottom"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import replace
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,15 @@ from pydantic import Field, model_validator
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
 from pelagos.acoustics.element_array import ElementLine, channel_factors, element_line
+from pelagos.errors import ValidityWarning
+from pelagos.sensors.idle_keys import changed, named
 from pelagos.sensors.sonar.keys.conflicts import check_elements, check_spacing
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.elements import line_tables
 from pelagos.sensors.sonar.ping.layout import Layout
+
+_ERRORS: Final = ("_gain_db", "_phase_deg", "dead_elements")  # how keys of elements' errors end
 
 
 class SectorConfig(PingConfig):
@@ -64,6 +69,14 @@ class SectorConfig(PingConfig):
         """Beam directions `(beams,)` [rad], positive to the left, from left to right as an image's columns are."""
         sector = math.radians(self.horizontal_aperture_deg)
         return np.asarray(sector * (0.5 - (np.arange(self.beams) + 0.5) / self.beams))
+
+
+def warn_of_seed(config: SectorConfig, path: str) -> None:
+    """Warns (`ValidityWarning`) of a seed that draws no errors."""
+    errors = [key for key in type(config).model_fields if key.endswith(_ERRORS)]
+    if changed(config, ("channel_seed",)) and not changed(config, errors):
+        message = f"{path}: 'channel_seed' changes nothing without one of {named(errors)}"
+        warnings.warn(message, ValidityWarning, stacklevel=4)
 
 
 def layout(config: SectorConfig) -> Layout:
