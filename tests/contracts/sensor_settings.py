@@ -101,7 +101,7 @@ SETTINGS: Mapping[str, Settings] = {
         {"beams": 32, "bins": 64, "rays_per_beam": 24, **BUSY, **PLAIN_TONE, **FAINTLY},
         {"beams": 32, "bins": 64, "rays_per_beam": 24, **FAULTY},
         {
-            "beams": 32, "bins": 64, "rays_per_beam": 24, "orientation_deg": [3.0, 76.0, 5.0],
+            "beams": 32, "bins": 64, "rays_per_beam": 24, "orientation_deg": [3.0, 86.0, 5.0],
             "painted_noise": DISTURBED["painted_noise"],
         },
     ),
