@@ -71,8 +71,11 @@ SETTINGS: Mapping[str, Settings] = {
     "range_bearing": ({}, {"noise_db": 85.4}),
     "altimeter": ({}, {"water_column_bins": 64, "self_noise_db": 0.0}),
     "adcp": (
-        {"cells": 5, "cell_m": 0.7},
-        {"cells": 5, "cell_m": 0.7, "water_column_bins": 64, "volume_scattering_db": -60.0},
+        {"cells": 5, "cell_m": 0.7, "sound_speed_mps": 1480.0},
+        {
+            "cells": 8, "cell_m": 0.7, "water_column_bins": 64, "iq": True, "volume_scattering_db": -60.0,
+            "bandwidth_hz": 1e4, "pulse_s": 1e-4,
+        },  # down to the bottom, by a pulse that may be a burst
     ),
     "singlebeam": (
         {},

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 import re
 import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
+import drjit as dr
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from sonar_scenes import at, context, plane, sphere, still_water
+from sonar_scenes import StillWater, at, context, plane, sphere, still_water
 
 from pelagos import jit
 from pelagos.acoustics import beamforming
@@ -85,6 +89,74 @@ class TestAssumedSoundSpeed:
         assert cells[1].data == pytest.approx(cells[0].data * ASSUMED / WATER, rel=1e-5)
         assert np.isfinite(cells[0].extras["ranges"]).all()
         assert cells[1].extras["ranges"] == pytest.approx(cells[0].extras["ranges"] * ASSUMED / WATER, rel=1e-5)
+
+    @pytest.mark.parametrize("assumed", [1400.0, ASSUMED])
+    @pytest.mark.parametrize(("sensor", "tilt"), [(Altimeter, 0.0), (Dvl, 30.0), (Adcp, 20.0)])
+    def test_echoes_lie_at_the_ranges_that_are_read(self, sensor, tilt, assumed):
+        """A flat bottom at h: its echo at h/cos(tilt) c'/c. The middle of power shifts as a whole, to half a bin."""
+        keys = {"range_max_m": 60.0} if sensor is not Adcp else {}
+        middles = []
+        for c in (None, assumed):
+            config = sensor.Config(water_column_bins=600, volume_scattering_db=-200.0, sound_speed_mps=c, **keys)
+            s = sensor(config, context([plane(-20.0)], ocean=still_water(WATER)))
+            extras, r = s.sense(at(0, 0, 0)).extras, s.tables["water_column_range"].astype(float)
+            power = 10.0 ** (0.1 * np.atleast_2d(extras["water_column_truth"][0]).astype(float))
+            middles.append((power * r).sum(axis=-1) / power.sum(axis=-1))
+        assert middles[0] == pytest.approx(20.0 / math.cos(math.radians(tilt)), abs=0.2)
+        assert middles[1] == pytest.approx(middles[0] * assumed / WATER, abs=0.5 * (r[1] - r[0]))
+
+    @pytest.mark.parametrize("assumed", [1400.0, ASSUMED])
+    def test_a_layer_that_an_adcp_hears_lies_there_too(self, assumed):
+        """Sv steps up by 20 dB at 10 m below: the step is at 10/cos(tilt) c'/c along the beams, to two bins: the
+        resolution is c/2B = 37 mm, a bin 55 mm."""
+        config = AdcpConfig(water_column_bins=600, sound_speed_mps=assumed)
+        s = Adcp(config, context([plane(-500.0)], ocean=Layered(dr.opaque(jit.Float64, WATER))))
+        level, r = s.sense(at(0, 0, 0)).extras["water_column_truth"][0], s.tables["water_column_range"]
+        slant = 10.0 / math.cos(math.radians(20.0)) * assumed / WATER
+        for beam in level:
+            assert r[np.diff(beam).argmax()] == pytest.approx(slant, abs=2.0 * float(r[1] - r[0]))
+
+    @pytest.mark.parametrize("assumed", [1400.0, ASSUMED])
+    def test_an_adcps_water_ends_where_the_bottoms_echo_begins(self, assumed):
+        """A flat bottom at h: its echo at h/cos(tilt) c'/c, spread by 1.1 of the beam's widths of 1.5 deg either way:
+        0.3 m; 0.2 m more of pulse and bins."""
+        config = AdcpConfig(water_column_bins=600, volume_scattering_db=-60.0, sound_speed_mps=assumed)
+        s = Adcp(config, context([plane(-28.0)], ocean=still_water(WATER)))
+        level, r = s.sense(at(0, 0, 0)).extras["water_column_truth"][0], s.tables["water_column_range"]
+        slant = 28.0 / math.cos(math.radians(20.0)) * assumed / WATER
+        assert level[:, (r > 5.0) & (r < slant - 0.5)].min() > -80.0
+        assert level[:, r > slant + 0.5].max() < -100.0
+
+    @pytest.mark.parametrize("assumed", [1400.0, ASSUMED])
+    def test_cells_of_an_adcp_are_of_the_water_that_they_hear(self, assumed):
+        """A current of 0.01 z^2: the cell said to be at d holds the water of d c/c', its speed times c'/c; one that the
+        bottom's echo reaches by its own range is lost."""
+        config = AdcpConfig(cells=20, noise_mps=0.0, sound_speed_mps=assumed)
+        s = Adcp(config, context([plane(-15.0)], ocean=Sheared(dr.opaque(jit.Float64, WATER))))
+        reading = s.sense(at(0, 0, 0))
+        seen, depths = reading.extras["cell_valid"][0] > 0, config.depths
+        edge = 15.0 * math.cos(math.radians(20.0)) * assumed / WATER
+        assert (seen == (depths + 0.5 * config.cell_m < edge)).all()
+        expected = 0.01 * (depths * WATER / assumed) ** 2 * assumed / WATER
+        assert reading.data[0, seen, 0] == pytest.approx(expected[seen], rel=1e-5)
+
+
+@dataclass
+class Layered(StillWater):
+    """Water that scatters 20 dB more below 10 m; a Dr.Jit struct."""
+
+    tracers: ClassVar[Mapping[str, Any]] = {"volume_scattering_db": None}
+
+    def tracer(self, name, position, t):
+        return dr.select(position[2] < -10.0, -60.0, -80.0)
+
+
+@dataclass
+class Sheared(StillWater):
+    """A current to the north that grows with the square of the depth; a Dr.Jit struct."""
+
+    def current(self, position, t, copy=None):
+        return jit.Array3f64(0.01 * position[2] * position[2], 0.0 * position[0], 0.0 * position[0])
 
 
 class TestRangeSteps:
@@ -278,7 +350,7 @@ def test_keys_of_echoes_that_nobody_asks_for_are_told(sensor, keys, idle):
         build()
     with warnings.catch_warnings():
         warnings.simplefilter("error", ValidityWarning)
-        build(water_column_bins=64)
+        build(water_column_bins=64, iq=True)
 
 
 @pytest.mark.parametrize(
@@ -297,6 +369,8 @@ def test_keys_of_echoes_that_nobody_asks_for_are_told(sensor, keys, idle):
         (IncidenceSonar, {"scale_noise": True}, "'scale_noise' changes nothing without 'additive'"),
         (IncidenceSonar, {"cone": True, "beams": 1, "vertical_aperture_deg": 30.0}, "nothing without 'cone: False'"),
         (Dvl, {"roughness_seed": 3}, "'roughness_seed' changes nothing without 'water_column_bins', 'iq' or 'labels'"),
+        (Adcp, {"lag_s": 2e-4, "water_column_bins": 64}, "'lag_s' changes nothing without 'iq'"),
+        (Dvl, {"lag_s": 2e-4, "labels": True}, "'lag_s' changes nothing without 'iq'"),
     ],
 )
 def test_keys_that_change_nothing_are_told(sensor, keys, message):

@@ -205,7 +205,8 @@ def profile(
 ) -> list[tuple[Array, Array, Array]]:
     """Velocity, its truth [m/s] and validity of each cell.
 
-    Every beam meets other water; the truth is the velocity on the axis, so that shear and gradients show as errors.
+    Every beam meets other water, by an assumed sound speed nearer or farther than the cell is said to be; the truth is
+    the velocity on the axis, where it is said to be, so that shear and gradients show as errors.
     Cells are lanes: written out one after the other, thirty of them would take a minute to compile.
     """
     tilt = math.cos(math.radians(config.beam_tilt_deg))
@@ -228,12 +229,12 @@ def profile(
     *free, in_water = (dr.gather(jit.Float, v, row) for v in floats)
     place, attitude, sensor_moves = jit.Array3f64(x, y, z), jit.Array4f64(*turn), jit.Array3f64(forward, left, up)
     depth = config.blank_m + (jit.Float64(cell) + 0.5) * config.cell_m
-    reach = jit.Float((depth + 0.5 * config.cell_m) / tilt)
+    reach = jit.Float((depth + 0.5 * config.cell_m) / tilt) / jit.Float(assumed)  # in true range
     noise = normals64_from(key, environment, tick, 2 * cell, len(config.beams))
     nearest = dr.minimum(dr.minimum(free[0], free[1]), dr.minimum(free[2], free[3]))
     speeds, valid = [], []
     for b, axis in enumerate(config.beams.tolist()):
-        there = place + rotate(attitude, jit.Array3f64(*axis)) * (depth / tilt)
+        there = place + rotate(attitude, jit.Array3f64(*axis)) * (depth / tilt) / assumed
         water = rotate_back(attitude, ocean.current(there, t, copy)) - sensor_moves
         speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[b])
         valid.append((free[b] > reach) & (nearest * tilt > reach) & (in_water > 0.5))

@@ -96,6 +96,7 @@ def echo_spec(
         wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
         rain_mm_per_h=rain_over(context.ocean),
         ph=config.ph,
+        sound_speed_mps=config.sound_speed_mps,
         texture_db=TEXTURE_DB,
         roughness_seed=config.roughness_seed,
         volume_scattering_db=config.volume_scattering_db,
@@ -107,9 +108,12 @@ def echo_spec(
 
 
 def warn_of_idle(config: EchoesConfig, path: str, *more: str) -> None:
-    """Warn where a scenario changes keys of the echoes, and `more` of this kind, and does not ask for echoes."""
+    """Warn where a scenario changes keys of the echoes, and `more` of this kind, and does not ask for echoes, or for
+    the signal of the second of two pulses."""
     of_device = device_keys(config)
     own = (k for k in (*_OF_ECHOES, *more) if k in type(config).model_fields and k not in of_device)
-    if config.echo_bins == 0 and (idle := changed(config, own)):
-        message = f"{path}: {named(idle)} changes nothing without 'water_column_bins', 'iq' or 'labels'"
-        warnings.warn(message, ValidityWarning, stacklevel=4)
+    idle, without = changed(config, own), "'water_column_bins', 'iq' or 'labels'"
+    if config.echo_bins > 0:
+        idle, without = ([] if config.iq else [k for k in idle if k == "lag_s"]), "'iq'"
+    if idle:
+        warnings.warn(f"{path}: {named(idle)} changes nothing without {without}", ValidityWarning, stacklevel=4)

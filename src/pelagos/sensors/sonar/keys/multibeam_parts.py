@@ -71,10 +71,7 @@ def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:
     """The same sonar as one that gives levels by beam and range [dB]."""
     nearest = max(config.range_min_m, _COLUMN_FROM_M)
     spec = echo_spec(config, context, nearest=nearest, farthest=config.range_max_m, bins=config.water_column_bins)
-    return replace(
-        spec, refraction=config.refraction, sound_speed_mps=config.sound_speed_mps, vehicle_noise=config.vehicle_noise,
-        heard=False,
-    )  # fmt: skip
+    return replace(spec, refraction=config.refraction, vehicle_noise=config.vehicle_noise, heard=False)
 
 
 def swath_of(config: MultibeamConfig) -> Swath:

@@ -204,11 +204,15 @@ class PulsePairs:
         closing = dr.dot(own - view.hits.velocity, view.direction)
         index = dr.arange(jit.UInt32, dr.width(view.ray))
         turn = dr.gather(jit.Float, scale, view.lane) * (closing - dr.gather(jit.Float, bow, index // rays))
-        low = (patches.near - ping.range_min_m) * (1.0 / ping.bin_width_m)
-        high = dr.maximum((patches.far - ping.range_min_m) * (1.0 / ping.bin_width_m), low + 1e-2)
+        near, far, t = patches.near, patches.far, view.hits.t
+        if ping.sound_speed_mps is not None:
+            apparent = ping.sound_speed_mps / view.of_lane(lanes.medium.sound_speed)
+            near, far, t = near * apparent, far * apparent, t * apparent
+        low = (near - ping.range_min_m) * (1.0 / ping.bin_width_m)
+        high = dr.maximum((far - ping.range_min_m) * (1.0 / ping.bin_width_m), low + 1e-2)
         share = dr.select(patches.valid, patches.energy / (high - low), 0.0) * self._heard
         weight = dr.gather(jit.Float, fan.weight, view.ray)
-        spans = dr.ravel(jit.Array4f(low, high, share, dr.select(patches.valid, view.hits.t, dr.inf)))
+        spans = dr.ravel(jit.Array4f(low, high, share, dr.select(patches.valid, t, dr.inf)))
         halved = dr.sin(0.5 * turn)
         turns = dr.ravel(jit.Array4f(2.0 * halved * halved, dr.sin(turn), weight, 0.0))
         dr.eval(spans, turns)
@@ -271,13 +275,16 @@ class PulsePairs:
         self, ocean: Ocean, lanes: Lanes, motion: Kinematics, velocity: Array, cell: Array, distance: Array,
         free: Array, scale: Array, normals: list[Array],
     ) -> tuple[tuple[Array, Array, Array], tuple[Array, Array]]:  # fmt: skip
-        """The water's power and signal in a cell, and its signal a lag later, before the pulse."""
+        """The water's power and signal in a cell, and its signal a lag later, before the pulse; `distance` as the sonar
+        takes it to be."""
         if not self._hazy:
             zero = jit.Float(0)
             return (zero, zero, zero), (zero, zero)
         ping, beams = self._ping, self._layout.beams
         row = cell // ping.bins
         lane = row // beams
+        if ping.sound_speed_mps is not None:
+            distance = distance * dr.gather(jit.Float, lanes.medium.sound_speed, lane) * (1.0 / ping.sound_speed_mps)
         axis = jit.Array3f64(0)
         for b, direction in enumerate(self._axes.tolist()):
             axis = dr.select(row % beams == b, jit.Array3f64(*direction), axis)
