@@ -66,7 +66,16 @@ SETTINGS: Mapping[str, Settings] = {
     "depth": ({"drift_m": 0.5, "drift_time_s": 40.0, "resolution_m": 0.0}, {}),
     **dict.fromkeys(("fluorometer", "oxygen", "turbidity", "current_meter", "sound_velocity", "tracer"), DRIFTS),
     "modem": MODEMS,
-    "usbl": ({}, {"acknowledge": True}, {"mac": "tdma"}, {"mac": "maca"}, {"noise_db": 95.0}),
+    "usbl": (
+        {"noise_db": 120.5},  # hardly over the noise
+        {
+            "acknowledge": True, "noise_db": 118.0, "detection_db": -0.6, "packet_max_bytes": 6, "queue": 2,
+            "beacon_s": 0.84, "beacon_bytes": 5,
+        },
+        {"acknowledge": True, "noise_db": 140.0, "timeout_s": 0.4, "retries": 2},
+        {"mac": "tdma", "slots": 2, "slot_s": 0.47, "interrogate_s": 50.0},
+        {"mac": "maca", "interrogate_s": 2.0},
+    ),
     "lbl": ({}, {"noise_db": 118.0}),
     "range_bearing": ({}, {"noise_db": 85.4}),
     "altimeter": ({}, {"water_column_bins": 64, "self_noise_db": 0.0}),
