@@ -34,10 +34,12 @@ LIGHTS: dict[str, Any] = {
         "color": [1.0, 0.8, 0.5],
     }],
     "lasers": [{
-        "position_m": [0.2, -0.3, 0.2], "orientation_deg": [12.0, 2.0, 5.0], "flux_lm": 3000.0, "fan_deg": 40.0,
+        "position_m": [0.2, -0.3, 0.2], "orientation_deg": [12.0, 2.0, 25.0], "flux_lm": 3000.0, "fan_deg": 40.0,
         "aperture_mm": 40.0, "divergence_mrad": 40.0, "color": [0.1, 1.0, 0.2],
     }],
 }  # fmt: skip
+MANUAL: dict[str, Any] = {"bits": 16, "exposure": "manual"}
+LAGS: dict[str, Any] = {"exposure_speed_up_ev_per_s": 0.002, "exposure_speed_down_ev_per_s": 0.003}
 DISTURBED: dict[str, Any] = {
     "interference": {
         "rate_hz": 3.0, "azimuth_deg": 11.0, "elevation_deg": -4.0, "distance_m": 20.0, "source_level_db": 190.0,
@@ -153,14 +155,21 @@ SETTINGS: Mapping[str, Settings] = {
     "thermal_camera": (FLAT_PORT,),
     "depth_camera": ({}, {"stereo_baseline_m": 0.1}),
     "camera": (
-        {"bits": 16},
-        {**FLAT_PORT, **LIGHTS, "bits": 16, "tone": "film", "film_black_clip": 0.1, "film_white_clip": 0.1,
-         "exposure_speed_up_ev_per_s": 0.5, "shutter_s": 0.002, "chromatic_aberration": 0.02,
-         "meter_max_cd_m2": 40.0},
-        {**DOME_PORT, "bits": 16, "samples": 8, "exposure": "manual", "shutter_s": 0.1, "focus_distance_m": 1.5,
-         "aperture_blades": 5, "aperture": 4.0, "aperture_widest": 3.0, "depth_blur_px": 40.0,
-         "depth_blur_distance_m": 5.0, "motion_blur_max": 0.02, "motion_blur_min_object": 0.01, "tone": "gamma"},
-        {"bits": 16, "meter_min_cd_m2": 1e5, "meter_max_cd_m2": 2e5, "exposure_speed_down_ev_per_s": 0.5},
+        {**MANUAL, "shutter_s": 0.001},
+        {**MANUAL, "ripple": 0.0, "lamps": LIGHTS["lamps"]},
+        {
+            **MANUAL, **FLAT_PORT, "shutter_s": 0.001, "tone": "film", "film_black_clip": 0.1, "film_white_clip": 0.1,
+            "chromatic_aberration": 0.02,
+        },
+        {
+            **MANUAL, **DOME_PORT, "samples": 8, "shutter_s": 0.1, "iso": 2.0, "focus_distance_m": 1.5,
+            "aperture_blades": 5, "aperture": 4.0, "aperture_widest": 3.0, "depth_blur_px": 40.0,
+            "depth_blur_distance_m": 5.0, "motion_blur_max": 0.02, "motion_blur_min_object": 0.01, "tone": "gamma",
+        },
+        {"bits": 16, **LAGS, "orientation_deg": [3.0, -4.0, -130.0]},  # astern it grows darker
+        {"bits": 16, **LAGS},
+        {"bits": 16, "shutter_s": 1e-4, "meter_min_cd_m2": 100.0, "meter_max_cd_m2": 1e6},  # short of light
+        {"bits": 16, "ripple": 0.0, "lasers": LIGHTS["lasers"]},  # onto the mover
     ),
     "multibeam": ({}, {"source_level_db": 130.0}, {"water_column_bins": 64}),
     "event_camera": ({}, {"threshold": 0.002, "threshold_mismatch": 0.0, "refractory_s": 0.01}),
@@ -182,6 +191,7 @@ DEAF: dict[str, str] = {
     "profiling_sonar.vehicle_noise=all!": "is what it has by default, and is refused beside elements",
     "modem.modulation=qpsk!": "is what it has by default, and warned of beside an order of chirps",
     "dvl.bed_grain_mm": "no grain moves in the current of 0.2 m/s",
+    "camera.lamps.0.orientation_deg.0": "its cone is round about its axis",
     "optical_modem.orientation_deg.0": "its cone is round about its axis",
     "synthetic_aperture_sonar.iq!": "is refused: the complex signal is what it is for",
     "singlebeam.sea_surface=flat": "has no waves above it here",

@@ -31,14 +31,14 @@ QUICK = (
     "semantic_camera", "semantic_lidar", "thermal_camera", "velocity",
 )  # fmt: skip
 SLOW = (
-    "adcp", "ais", "altimeter", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera",
+    "adcp", "ais", "altimeter", "camera", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera",
     "fluorometer", "hydrophone", "imaging_sonar", "imu", "lbl", "lidar", "magnetometer", "mechanical_scanning_sonar",
     "modem", "multibeam", "optical_modem", "oxygen", "profiling_sonar", "radio", "range_bearing", "range_finder",
     "sidescan", "singlebeam", "sound_velocity", "tracer", "turbidity", "usbl",
 )  # fmt: skip
 """Sensors that are held to it."""
 NOT_YET = (
-    "camera", "synthetic_aperture_sonar",
+    "synthetic_aperture_sonar",
 )  # fmt: skip
 """Sensors without settings in which all of their keys are heard; the list only shrinks."""
 TICKS = 9
