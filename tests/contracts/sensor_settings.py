@@ -138,9 +138,15 @@ SETTINGS: Mapping[str, Settings] = {
         },  # squarely onto the bottom
     ),
     "synthetic_aperture_sonar": (
-        {"bins": 128, "rays": 1024, "range_max_m": 8.2, "orientation_deg": [3.0, -4.0, -46.0]},
-        {"bins": 128, "rays": 1024, "range_max_m": 8.2, **BUSY, "interference": DISTURBED["interference"]},
-    ),
+        {"bins": 128, "rays": 1024, "range_min_m": 6.0, "range_max_m": 9.2, "orientation_deg": [3.0, -4.0, -88.0]},
+        {
+            "bins": 208, "rays": 1024, "range_min_m": 6.0, "range_max_m": 11.2, "orientation_deg": [3.0, -4.0, -88.0],
+            "depression_deg": 5.0, "pulse_s": 1 / 30e3, "sound_speed_mps": 1480.0, **BUSY, "ringing_db_per_ms": 2.0,
+            "interference": {
+                "rate_hz": 10.0, "azimuth_deg": 84.0, "distance_m": 15.0, "source_level_db": 165.0, "pulse_s": 1e-3
+            },
+        },  # a pulse that may be a burst
+    ),  # looks at the wall
     "incidence_sonar": (
         {"beams": 16, "bins": 32, "additive": 0.1},
         {"beams": 1, "bins": 32, "cone": True, "horizontal_aperture_deg": 30.0},
@@ -194,6 +200,7 @@ DEAF: dict[str, str] = {
     "camera.lamps.0.orientation_deg.0": "its cone is round about its axis",
     "optical_modem.orientation_deg.0": "its cone is round about its axis",
     "synthetic_aperture_sonar.iq!": "is refused: the complex signal is what it is for",
+    "synthetic_aperture_sonar.refraction=true": "is what auto does in this layered water",
     "singlebeam.sea_surface=flat": "has no waves above it here",
     **{f"hydrophone.orientation_deg.{k}": "hears all around; its frame is told" for k in range(3)},
     **{f"magnetometer.position_m.{k}": "the Earth's field is the same all over a vehicle" for k in range(3)},
