@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import io
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from pelagos.datasets.contact_sheet import contact_sheet
+from pelagos.datasets.formats.coco import merged, part_of
+from pelagos.datasets.rig import Rig
 from pelagos.drawing.png import png
 from pelagos.sensors.camera.picture.annotations import boxes
 from pelagos.sensors.camera.picture.camera_rays import ViewConfig, lens_tables
@@ -60,3 +67,48 @@ def test_cameras_that_look_alike_share_their_tables() -> None:
     wider = lens_tables(view.model_copy(update={"horizontal_fov_deg": 80.0}))
     assert np.abs(np.array(wider.lens.direction) - np.array(kept.lens.direction)).max() > 0.01
     assert np.array(kept.vignette(view, 1.0)).min() < np.array(kept.vignette(view, 0.5)).min() < 1
+
+
+@pytest.mark.parametrize("count", [3, 24, 31, 60])
+def test_a_contact_sheet_shows_the_whole_set(count: int, tmp_path: Path) -> None:
+    """24 pictures at most, from the first on, in order, and with gaps that differ by one at most."""
+    paths = [tmp_path / f"{k}.png" for k in range(count)]
+    for k, path in enumerate(paths):
+        path.write_bytes(png(np.full((2, 3, 3), (4 * k, 255 - 3 * k, 7), dtype=np.uint8)))
+    made = contact_sheet(paths)
+    assert made is not None
+    with Image.open(io.BytesIO(made)) as sheet:
+        inside = np.array(sheet)[5::6, 5::7].reshape(-1, 3).astype(int)  # tiles of 2 by 3 pixels, 4 between them
+    shown = inside[inside[:, 2] == 7]
+    steps = np.diff([*shown[:, 0] // 4, count])
+    assert len(shown) == min(count, 24)
+    assert shown[0].tolist() == [0, 255, 7]
+    assert set(steps) <= {count // len(shown), -(-count // len(shown))}
+    assert contact_sheet([]) is None
+
+
+def test_annotations_of_all_shards_have_numbers_of_their_own(tmp_path: Path) -> None:
+    shards: list[Any] = [SimpleNamespace(name=f"shard-{k}") for k in (4, 2, 7, 9)]
+    for shard, count in zip(shards, (2, 0, 3, 1), strict=True):
+        part = {"images": [{"id": 10 + count}], "annotations": [{"image_id": 10 + count, "area": count}] * count}
+        (tmp_path / part_of(shard)).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / part_of(shard)).write_text(json.dumps(part))
+    told = json.loads(merged(tmp_path, shards, {40: (1, "tyre"), 13: (0, "boulder")}))
+    assert [a["id"] for a in told["annotations"]] == [1, 2, 3, 4, 5, 6]
+    assert [a["image_id"] for a in told["annotations"]] == [12, 12, 13, 13, 13, 11]
+    assert [i["id"] for i in told["images"]] == [12, 10, 13, 11]
+    assert [(c["id"], c["name"]) for c in told["categories"]] == [(1, "boulder"), (2, "tyre")]
+
+
+def test_cameras_of_labels_follow_their_cameras_view_and_nothing_else() -> None:
+    labels = {"depth": "eye_depth", "instance": "eye_instance"}
+    rig = Rig({}, "rov", ("eye", "sonar", *labels.values()), "eye", labels)
+    view = {"position_m.2": -0.3, "orientation_deg.0": 4.0, "horizontal_fov_deg": 75.0}
+    own = {f"agents.rov.sensors.eye.{key}": value for key, value in view.items()}
+    others: dict[str, Any] = {
+        "agents.rov.sensors.eye.exposure_s": 0.02, "agents.rov.sensors.sonar.position_m.2": 0.1,
+        "agents.rox.sensors.eye.position_m.2": 0.7, "agents.rov.sensors.eyes.width_px": 9, "ocean.turbidity": 3.0,
+        "width_px": 5,
+    }  # fmt: skip
+    same = {f"agents.rov.sensors.{name}.{key}": value for name in labels.values() for key, value in view.items()}
+    assert rig.follow({**own, **others}) == {**own, **others, **same}

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
 from pelagos.envs.evaluate import evaluate
-from pelagos.envs.policy import policy_of
+from pelagos.envs.policy import Network, policy_of
 from pelagos.envs.sensing import measured
 from pelagos.envs.trajectories import collect
-from pelagos.errors import CommandError
+from pelagos.errors import CommandError, LookupFailed
 from pelagos.sensors.sensor import Reading
 
 
@@ -75,3 +77,29 @@ def test_measured_numbers_are_those_of_copies_that_the_sensor_reaches() -> None:
     readings = {"ranger": Reading(data, data, 0, "a/ranger", valid, {})}
     assert measured(readings, "ranger", 3, 2, otherwise=-1.0).tolist() == [[1.0, 2.0], [-1.0, -1.0], [7.0, 8.0]]
     assert measured(readings, "other", 3, 2, otherwise=-1.0).tolist() == [[-1.0, -1.0]] * 3
+
+
+def network(inputs: int, outputs: int) -> Network:
+    hidden = np.linspace(-0.4, 0.7, 4 * inputs, dtype=np.float32).reshape(4, inputs)
+    last = np.linspace(0.5, -0.3, outputs * 4, dtype=np.float32).reshape(outputs, 4)
+    biases = [np.full(4, 0.1, np.float32), np.full(outputs, -0.2, np.float32)]
+    mean, deviation = np.arange(inputs, dtype=np.float32), np.full(inputs, 2.0, np.float32)
+    return Network(mean, deviation, [hidden, last], biases, "docking")
+
+
+@pytest.mark.parametrize(("inputs", "outputs"), [(5, 3), (6, 2), (4, 3), (4, 2)])
+def test_a_policy_of_other_observations_or_other_actions_is_refused(inputs: int, outputs: int, tmp_path: Path) -> None:
+    """The task has five numbers and two actions; each alone that differs is enough."""
+    spaces = {"a": gymnasium.spaces.Box(-1, 1, (2,)), "b": gymnasium.spaces.Box(-1, 1, (3,))}
+    shape = SimpleNamespace(shape=(7, 2))
+    env: Any = SimpleNamespace(action_space=shape, task=None, single_observation_space=gymnasium.spaces.Dict(spaces))
+    network(5, 2).save(tmp_path / "fits.npz")
+    kept = policy_of(str(tmp_path / "fits.npz"), env)
+    seen = np.array([[0.5, -1.0, 2.5, 3.0, 1.0]])
+    assert kept(seen) == pytest.approx(network(5, 2)(seen))
+    network(inputs, outputs).save(tmp_path / "other.npz")
+    said = f"takes {inputs} numbers and gives {outputs}; it was trained for docking, and this task has 5 .* and 2 act"
+    with pytest.raises(CommandError, match=said):
+        policy_of(str(tmp_path / "other.npz"), env)
+    with pytest.raises(LookupFailed, match="unknown policy, and no file either, 'scrip'.*script"):
+        policy_of("scrip", env)

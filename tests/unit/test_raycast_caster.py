@@ -8,6 +8,7 @@ import pytest
 
 from pelagos import jit
 from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.objects import Objects
 from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.raycast.scene import Scene
 
@@ -186,3 +187,20 @@ def test_place_on_a_body_moves_along_with_it():
     assert found[1] == pytest.approx(found[0], abs=1e-5)
     ground = shoot(scene, rays([[20.0, 3.0, 0.0]], [[0, 0, -1]]))
     assert np.array(ground.place).ravel() == pytest.approx([20, 3, -10], abs=1e-5)
+
+
+@pytest.mark.parametrize("count", [3, 255, 256, 300, 70_000])
+def test_each_of_many_objects_has_a_row_of_its_own(count: int):
+    """One triangle each, of its own label, instance and material; then one thing of three materials."""
+    objects = Objects()
+    triangle, face = CORNERS[:3], FACES[:1] * 0 + np.arange(3, dtype=np.uint32)
+    one = Geometry(triangle, face, 4, 7, 9)
+    objects.label, objects.instance, objects.material = ([k] * (count - 1) for k in (1, 2, 3))
+    assert objects.rows(one).tolist() == [count - 1]
+    mixed = Geometry(triangle, np.repeat(face, 4, axis=0), np.array([6, 2, 6, 5]), 8, 11)
+    rows = objects.rows(mixed)
+    assert rows.tolist() == [count + 2, count, count + 2, count + 1]
+    assert [objects.material[row] for row in rows] == [6, 2, 6, 5]
+    assert {(objects.label[row], objects.instance[row]) for row in rows} == {(8, 11)}
+    assert rows.dtype == np.min_scalar_type(count + 3)
+    assert objects.add(5, 12, [3, 1]).tolist() == [count + 3, count + 4]

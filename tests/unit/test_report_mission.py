@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from report_mission import Seabed, path, record
 
 from pelagos.report import soundings
@@ -112,3 +115,18 @@ def test_the_sensor_table_counts(mission: Mission) -> None:
         "geometry_msgs/msg/TwistWithCovarianceStamped", "marine_acoustic_msgs/msg/Dvl",
     ]  # fmt: skip
     assert table["gps"]["count"] == 10
+
+
+@pytest.mark.parametrize(
+    ("agent", "rate"),
+    [("left_wing_12", 3.0), ("env0/left_wing_0", 3.0), ("scout_3", 8.0), ("env2/scout_1", 5.0), ("left_wing", 3.0)],
+)
+def test_sensors_of_members_are_those_of_their_group(agent: str, rate: float) -> None:
+    """A member is GROUP_NUMBER, where the group's name may have underscores and an agent may be called so itself."""
+    rates = {"left": 1.0, "left_wing": 3.0, "scout": 5.0, "scout_3": 8.0}
+    agents = {name: {"sensors": {"imu": {"rate_hz": r}}} for name, r in rates.items()}
+    kept = {"scenario.yaml": yaml.safe_dump({"agents": agents}).encode()}
+    recording: Any = SimpleNamespace(attachments=kept)
+    assert Mission(recording, agent).config("imu") == {"rate_hz": rate}
+    assert Mission(recording, agent).config("dvl") == {}
+    assert Mission(recording, "wing_12").config("imu") == {}

@@ -241,6 +241,18 @@ def test_height_over_the_ground_is_what_terrain_following_keeps(euler: Any, off:
     assert found.reward[0] == pytest.approx(reward)
 
 
+@pytest.mark.parametrize(
+    ("height", "out"), [(0.99, True), (1.01, False), (11.99, False), (12.01, True), (math.nan, True)]
+)
+def test_terrain_is_left_below_above_and_beyond_its_edge(height: float, out: bool) -> None:
+    """Beyond the edge there is no ground: its height is not a number. Leaving costs 10."""
+    found = judged(TerrainFollowing(), PLACE, EULER[0], height=lambda x, y: 0 * x + PLACE[2] - height)
+    assert bool(found.terminated[0]) == out
+    error = abs((12.0 if math.isnan(height) else height) - _HEIGHT_M)
+    kept = math.exp(-0.5 * error) - 0.3 * abs(EULER[0][2]) - 0.02 * 2 * EFFORT
+    assert found.reward[0] == pytest.approx(kept - 10.0 * out)
+
+
 @pytest.mark.parametrize("euler", EULER)
 def test_a_wall_is_inspected_westwards_at_a_distance(euler: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     task = WallInspection()
