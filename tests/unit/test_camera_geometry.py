@@ -156,6 +156,18 @@ def test_instances_stay_and_carry_labels():
     assert np.array_equal(got.extras["label"][0], np.where(inside, 13, 53))
 
 
+@pytest.mark.parametrize("height", [-2.0, 3.0])
+def test_instances_end_at_the_sea_surface(height: float):
+    """From both sides: of a wall 20 m ahead that stands in both, only the part on the camera's side of z = 0."""
+    config = InstanceCameraConfig(**SIZE)
+    got = InstanceCamera(config, context([wall(20.0, 60.0, 13, 7)])).sense(ahead(height=height))
+    _, d = pixel_rays(config)
+    beyond = (height + 20.0 * d[..., 2] / d[..., 0]) * height < 0
+    assert 0.1 < beyond.mean() < 0.9
+    assert np.array_equal(got.data[0], np.where(beyond, 0, 7))
+    assert np.array_equal(got.extras["label"][0], np.where(beyond, 0, 13))
+
+
 def test_normals_point_at_the_camera():
     got = NormalCamera(NormalCameraConfig(orientation_deg=(0, 0, 10), **SIZE), context(BOTH)).sense(ahead())
     angle = np.radians(10)  # the camera is turned left: the wall's normal comes from its right

@@ -398,3 +398,11 @@ def test_unknown_keys_and_wrong_values_are_refused():
         CameraConfig(ISO=100)
     with pytest.raises(ValidationError):
         CameraConfig(bits=17)
+
+
+@pytest.mark.parametrize(("width", "fov"), [(6.4, 70.0), (13.2, 90.0), (5.0, 178.0)])
+def test_the_focal_length_spans_half_the_sensor_over_half_the_view(width: float, fov: float):
+    """f = w / (2 tan(fov / 2)), of at most 175 degrees; a sensor of 13.2 mm that sees 90 degrees has one of 6.6 mm."""
+    config = CameraConfig(sensor_width_mm=width, horizontal_fov_deg=fov, focus_distance_m=2.0, lens="fisheye")
+    half = np.radians(min(fov, 175.0) / 2)
+    assert config.focal_length_m == pytest.approx(width / 2000 * np.cos(half) / np.sin(half))

@@ -112,3 +112,22 @@ def test_cameras_of_labels_follow_their_cameras_view_and_nothing_else() -> None:
     }  # fmt: skip
     same = {f"agents.rov.sensors.{name}.{key}": value for name in labels.values() for key, value in view.items()}
     assert rig.follow({**own, **others}) == {**own, **others, **same}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"width_px": 49},
+        {"height_px": 33},
+        {"horizontal_fov_deg": 71.0},
+        {"lens": "fisheye"},
+        {"distortion": (-0.1, 0.02, 0.001, -0.002, 0.0)},
+        {"port": {"type": "flat", "distance_m": 0.04}},
+    ],
+    ids=lambda changes: next(iter(changes)),
+)
+def test_cameras_of_other_lenses_have_rays_of_their_own(changes: dict[str, Any]) -> None:
+    view = ViewConfig(type="", width_px=48, height_px=32)
+    kept, other = lens_tables(view), lens_tables(ViewConfig.model_validate({**view.model_dump(), **changes}))
+    rows = [np.array(tables.lens.direction) for tables in (kept, other)]
+    assert rows[0].shape != rows[1].shape or np.abs(rows[0] - rows[1]).max() > 1e-3

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from pelagos.identification.certainty import _scores, _spent, certainty
+from pelagos.identification.doubts import doubts_of_fit
+from pelagos.identification.fit import _estimate
+from pelagos.identification.parameters import Parameter
 from pelagos.identification.problem import Normal, Target
 
 
@@ -81,3 +84,39 @@ def test_residuals_that_remember_themselves_tell_less(rho: float):
     np.testing.assert_allclose(sure.told, 1 - expected * np.sqrt(precision), rtol=1e-9)
     own = np.diag(normal.own.sum(axis=0))
     np.testing.assert_allclose(sure.influence, np.sqrt(own / precision), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("prior", "logarithmic"), [(3.0, False), (-2.0, True)])
+@pytest.mark.parametrize(("resampled", "wider"), [((-0.3, 0.2), False), ((-0.1, 0.45), True), ((-0.55, -0.02), True)])
+def test_an_interval_is_the_wider_one(prior: float, logarithmic: bool, resampled: tuple[float, float], wider: bool):
+    """Fisher's is +-1.96 standard deviations wide, 0.51 here in the coordinate of the search: x, or ln |x|."""
+    parameter = Parameter("k", ("mass.k",), (1.0,), prior, 1.0, -np.inf, np.inf, logarithmic)
+    sure = SimpleNamespace(
+        fisher=np.array([9.0, 0.13]), bootstrap=np.array([[-7.0, 7.0], resampled]), told=np.array([0.1, 0.7]),
+        influence=np.array([0.0, 3.0]),
+    )  # fmt: skip
+    found, shift = SimpleNamespace(at=np.array([-4.0, 0.8])), np.array([5.0, -0.04])
+    made = _estimate(parameter, 1, found, sure, shift)
+    value = lambda x: -np.exp(x) if logarithmic else x
+    of = lambda below, above: pytest.approx(sorted([value(0.8 + below), value(0.8 + above)]), rel=1e-5)
+    assert made.value == pytest.approx(value(0.8))
+    assert list(made.fisher) == of(-0.13 * 1.959964, 0.13 * 1.959964)
+    assert list(made.resampled or ()) == of(*resampled)
+    assert [made.low, made.high] == list(made.resampled if wider and made.resampled else made.fisher)
+    assert made.step_shift == pytest.approx(-0.04 * (value(0.8) if logarithmic else 1.0))
+    assert (made.identified, made.felt) == (True, True)
+
+
+def test_steps_that_shift_a_parameter_either_way_are_told():
+    """From a quarter of half of its own interval by Fisher's information on, here 0.1 and 0.01 [unit of each]."""
+    shifts = {"a": (0.11, 0.8), "b": (0.09, 0.8), "c": (-0.011, 0.08), "d": (-0.009, 0.08)}
+    estimates = tuple(
+        SimpleNamespace(parameter=SimpleNamespace(name=name), felt=True, step_shift=shift, fisher=(-2.0, -2.0 + width))
+        for name, (shift, width) in shifts.items()
+    )
+    made = SimpleNamespace(
+        estimates=estimates, found=SimpleNamespace(settled=True), record=SimpleNamespace(step_s=0.1), substeps=4, test=None
+    )
+    assert doubts_of_fit(made) == (
+        "the steps of 25 ms shift a by +0.11, c by -0.011: give more substeps, or a shorter step_s",
+    )

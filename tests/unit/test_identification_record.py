@@ -15,7 +15,8 @@ from pelagos.identification import load_plan, read_record
 from pelagos.identification.clock import clock_of
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.own_run import COLUMNS
-from pelagos.identification.plan import ColumnConfig
+from pelagos.identification.parameters import changed, parameters_of
+from pelagos.identification.plan import UNIT_SCALES, ColumnConfig, ParameterConfig
 from pelagos.identification.problem import cut_shots
 from pelagos.identification.recording import _field, _on
 from pelagos.messages.motion import ODOMETRY, TruthEncoder
@@ -501,3 +502,32 @@ def test_a_shot_of_less_than_two_steps_is_refused():
     plan = load_plan({**PLAN, "segment_s": 0.05})
     with pytest.raises(InputError, match=r"segment_s: 0\.05 s is less than 2 steps of 0\.05 s"):
         cut_shots(read_record(table(), plan), plan)
+
+
+def test_every_unit_is_its_definition():
+    """A knot is a nautical mile of 1852 m in an hour; a turn is 2 pi."""
+    turn = 2 * np.pi
+    units = {
+        "m": 1, "cm": 1e-2, "mm": 1e-3, "rad": 1, "deg": turn / 360, "m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3,
+        "km/h": 1000 / 3600, "kn": 1852 / 3600, "rad/s": 1, "deg/s": turn / 360, "rpm": turn / 60, "Hz": turn,
+        "s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "N": 1, "": 1,
+    }  # fmt: skip
+    assert units.keys() == UNIT_SCALES.keys()
+    for unit, factor in units.items():
+        assert ColumnConfig(column="x", unit=unit, scale=-2.5).factor == pytest.approx(-2.5 * factor, rel=1e-12)
+
+
+def test_a_prior_is_the_vehicles_own_number_over_the_factor_of_its_path():
+    """So that the vehicle with the prior is the vehicle as it was, at the first of the paths."""
+    data = {"terms": {"drag": {"diagonal": [12.0, -40.0, 7.0]}}, "mass_kg": 20.0}
+    paths = ("terms.drag.diagonal.1", "mass_kg", "current.east")
+    given = {
+        "own": ParameterConfig(path=paths[:2], factors=(-2.5, 4.0)),
+        "told": ParameterConfig(path=("terms.drag.diagonal.2", "terms.drag.diagonal.0"), factors=(2.0, 3.0), prior=5.0),
+        "east": ParameterConfig(path=("current.east",), factors=(-0.5,)),
+    }
+    found = parameters_of(given, data, {"current.east": 0.3})
+    assert [p.prior for p in found] == pytest.approx([16.0, 5.0, -0.6])
+    new = changed(data, found, [p.prior for p in found])
+    assert new["terms"]["drag"]["diagonal"] == pytest.approx([15.0, -40.0, 10.0])
+    assert new["mass_kg"] == pytest.approx(64.0)
