@@ -1,6 +1,8 @@
 """Instruments that sample the water."""
 
+from dataclasses import replace
 from types import SimpleNamespace
+from typing import Literal
 
 import gsw
 import numpy as np
@@ -10,8 +12,10 @@ from pelagos import jit
 from pelagos.errors import LookupFailed
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.raycast.scene import Scene
 from pelagos.sensors.example_motion import lanes
-from pelagos.sensors.sensor import SensorContext
+from pelagos.sensors.ray_sensor import RaySensor
+from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.water.ctd import Ctd
 from pelagos.sensors.water.current_meter import CurrentMeter
 from pelagos.sensors.water.fluorometer import Fluorometer
@@ -135,3 +139,29 @@ def test_current_meter_sees_water_minus_own_motion() -> None:
     still = make("current_meter", context(waves=wave, currents=()), **QUIET).sense(at(-2.0))
     k = (2 * np.pi / 6) ** 2 / 9.81
     assert still.data[0, 1] < -0.5 * 2 * np.pi / 6 * np.exp(-k * 2.6)
+
+
+class Bath(RaySensor):
+    """The water that a sensor of rays is told."""
+
+    class Config(SensorConfig):
+        type: Literal["bath"] = "bath"
+        range_max_m: float = 5.0
+
+    def pattern(self, config):
+        return [[0.0, 0.0, -1.0], [1.0, 0.0, -0.5]]
+
+    def read(self, hits, medium, draw, rays):
+        told = {name: getattr(medium, name) for name in ("sound_speed", "temperature", "salinity")}
+        return {"data": medium.depth, "truth": medium.depth, **told}
+
+
+def test_rays_are_told_the_water_at_their_mount():
+    """Depth is positive in the water and negative in the air; a mount above the body is less deep."""
+    place = np.array([[0.0, 0.0, -12.0], [3.0, -4.0, -30.0], [1.0, 2.0, 0.4]])
+    own = replace(context(), scene=Scene([]))
+    motion = replace(lanes(3), position=jit.Array3f64(place.T.copy()))
+    seen = Bath(Bath.Config(position_m=(0.0, 0.0, 0.5)), own).sense(motion)
+    assert seen.data == pytest.approx([11.5, 29.5, -0.9], abs=1e-6)
+    assert seen.extras["temperature"] == pytest.approx(20 - 10 * np.array([11.5, 29.5, 0.0]) / 50, abs=1e-2)
+    assert seen.extras["salinity"] == pytest.approx(38.0)

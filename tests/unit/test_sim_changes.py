@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
+from pelagos.ocean.config import OceanConfig, build_ocean
 
 SCENARIO: dict[str, Any] = {
     "seed": 2,
@@ -144,6 +145,25 @@ def test_the_current_of_each_copy_carries_it_and_its_sensors_feel_it(loaded):
 
 
 @pytest.mark.slow  # cameras are built four times
+def test_sun_weather_and_water_that_are_set_are_those_of_a_scenario_that_has_them():
+    """Each number alone, too: what is not named stays."""
+    scenario = copy.deepcopy(SCENARIO)
+    scenario["ocean"] = {"sun": {"elevation_deg": 50.0, "azimuth_deg": 20.0}, "weather": {"cloud": 0.2}}
+    sim = pl.Simulation.load(scenario)
+    keys = {
+        "sun": {"elevation_deg": -12.0, "azimuth_deg": 250.0}, "water_type": "7C",
+        "weather": {"cloud": 0.7, "visibility_m": 900.0, "rain_mm_per_h": 12.0},
+    }  # fmt: skip
+    names = ("sun_elevation", "sun_azimuth", "water_type", "cloud", "visibility", "rain")
+    for key, value in keys.items():
+        scenario["ocean"][key] = value
+        sim.ocean.set(**{key: value})
+        wanted = build_ocean(OceanConfig.model_validate(scenario["ocean"]))
+        for name in names:
+            assert str(getattr(sim.model.ocean, name)) == str(getattr(wanted, name)), (key, name)
+    assert float(np.array(wanted.rain).item()) > 0
+
+
 def test_lamps_turbidity_and_keys_of_sensors_are_set_while_the_run_goes_on():
     scenario = copy.deepcopy(SCENARIO)
     scenario["agents"]["auv0"]["start"] |= {"depth_m": 17.0}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,9 @@ import pytest
 
 import pelagos as pl
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
+from pelagos.sim.control import first_mode, steered_modes
+from pelagos.sim.state import AgentState
+from pelagos.vehicles.vehicle import Vehicle
 
 SENSORS = {"imu": {"type": "imu", "rate_hz": 50}, "dvl": {"type": "dvl", "rate_hz": 5}}
 
@@ -279,3 +283,34 @@ def test_wrong_names_are_told_and_mappings_answer_as_mappings():
     ):
         with pytest.raises(CommandError, match=r"auv is a group of 3: name one member, auv\[0\] to auv\[2\]"):
             act()
+
+
+def test_depths_are_of_every_member() -> None:
+    """The third coordinate with its sign reversed, of one vehicle `(n,)` and of a group `(n, members)`."""
+    zero = [np.zeros((4, k)) for k in (4, 3, 3, 3, 3, 2)]
+    places = [np.random.default_rng(k).uniform(-9.0, 3.0, (4, 3)) for k in range(5)]
+    states = [AgentState(place, *zero) for place in places]
+    assert states[1].depth.tolist() == (-places[1][:, 2]).tolist()
+    together = AgentState.together(states)
+    assert together.depth.tolist() == [[-place[n, 2] for place in places] for n in range(4)]
+    assert together.depth.min() < 0 < together.depth.max()
+
+
+@pytest.mark.parametrize("asked", [None, "depth_heading", "actuators"])
+def test_a_mission_steers_by_the_mode_that_was_asked_for(asked: str | None) -> None:
+    vehicle: Any = SimpleNamespace(
+        modes=("actuators", "course", "depth_heading"), default_mode="actuators",
+        set_points=lambda mode: set_points[mode], command_names=lambda mode: (),
+    )  # fmt: skip
+    real = Vehicle.from_catalogue("remus100")
+    steered = steered_modes(real)
+    set_points = {"actuators": (), "course": real.set_points(steered[0]), "depth_heading": real.set_points(steered[0])}
+    agent = SimpleNamespace(control=asked, mission=[object()], command=None, vehicle=SimpleNamespace(type="remus100"))
+    scenario: Any = SimpleNamespace(members={"auv": agent}, where=lambda *keys: ".".join(keys))
+    usual, other = steered_modes(vehicle)
+    if asked == "actuators":
+        with pytest.raises(ScenarioError, match=f"'actuators' cannot be used here.*allowed: {usual}, {other}"):
+            first_mode(scenario, "auv", vehicle)
+    else:
+        assert first_mode(scenario, "auv", vehicle) == (asked or usual)
+    assert {usual, other} == {"course", "depth_heading"}

@@ -11,6 +11,7 @@ import pytest
 from pelagos import jit
 from pelagos.errors import CommandError, InputError, LookupFailed, ScenarioError
 from pelagos.vehicles.blame import blame
+from pelagos.vehicles.shape.parts import ShapePart
 from pelagos.vehicles.vehicle import Vehicle
 
 
@@ -171,3 +172,15 @@ def test_blame_names_the_largest_term():
     assert said.startswith("largest term: lift_drag")
     said = blame(remus, np.zeros(3), np.array([1.0, 0, 0, 0]), np.array([np.nan, 0, 0]), np.zeros(3))
     assert said.startswith("not finite: ")
+
+
+def test_the_mirrored_part_is_the_first_ones_image():
+    """Each corner of the second box is that of the first with y reversed, also where it is turned about all axes."""
+    part = ShapePart(
+        type="box", size_m=(0.8, 0.3, 0.2), position_m=(0.4, 0.6, -0.1), turn_deg=(20.0, -35.0, 50.0), mirror=True
+    )
+    first, second = (np.round(mesh.vertices, 9) for mesh in part.meshes())
+    image = {tuple(corner) for corner in np.round(first * [1, -1, 1], 9).tolist()}
+    assert {tuple(corner) for corner in second.tolist()} == image
+    assert len(image) == 8
+    assert len(part.model_copy(update={"mirror": False}).meshes()) == 1

@@ -188,6 +188,9 @@ def test_pause_tick_speed_and_reset(pilot):
     assert made.speed == 0
     obey(made, orders, do="reset", seed=11)
     assert (made.sim.time_ns, made.sim.seed) == (0, 11)
+    made.goals["auv0"] = [np.array([30.0, -20.0, -3.0]), np.array([-5.0, 8.0, -4.0])]
+    obey(made, orders, do="reset", seed=12)
+    assert made.goals == {}
     assert not orders.obey({"do": "format the disk"})
 
 

@@ -7,12 +7,17 @@ import pytest
 
 from pelagos.errors import WorldError
 from pelagos.world.build import build_world, world_config
+from pelagos.world.large.large import _inset_source
 
 SMALL = {"type": "large", "size_m": [4000, 3000], "resolution_m": 10.0}
 
 
+def _config(**changes):
+    return world_config({**SMALL, **changes})
+
+
 def _built(**changes):
-    return build_world(world_config({**SMALL, **changes}))
+    return build_world(_config(**changes))
 
 
 def test_a_file_of_heights_is_read_where_it_is_needed(tmp_path):
@@ -34,6 +39,18 @@ def test_an_inset_from_a_file_lies_in_the_ground(tmp_path):
     around = float(_built().height(500.0, 50.0))
     assert float(world.height(500.0, 50.0)) == pytest.approx(around, abs=1e-9)
     assert -float(world.cast([500.0, 0.0, 0.0], (0, 0, -1), 500).t[0]) == pytest.approx(-33.0, abs=1e-3)
+
+
+def test_insets_have_detail_of_their_own():
+    """Two of one size differ in what lies on the ground between them, and either lies where its own index puts it."""
+    places = [[500, -300], [-800, 700]]
+    insets = [{"centre_m": p, "size_m": [100, 100], "resolution_m": 1.25, "relief_m": 2.0} for p in places]
+    sources = [_inset_source(_config(insets=insets).insets[k], k, np.zeros(2), 10.0, "insets") for k in (0, 1, 0)]
+    x, y = np.meshgrid(np.arange(-30, 30, 2.5), np.arange(-20, 25, 2.5))
+    first, second, again = (source.heights(x, y) for source in sources)
+    np.testing.assert_array_equal(first, again)
+    assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 0.5
+    assert min(first.std(), second.std()) > 0.05
 
 
 def test_a_survey_is_ground_too():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,9 +13,11 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.meshes import on_host
 from pelagos.world import shapes
+from pelagos.world.bathymetry.axes import check_axes
 from pelagos.world.body import Prop
 from pelagos.world.build import build_world, world_config, world_types
 from pelagos.world.clearance import Clearance
+from pelagos.world.export import save
 from pelagos.world.label import HOLOOCEAN_LABELS, LABELS, label_color, label_name, label_number
 from pelagos.world.material import MATERIALS, TEXTURES, material, material_tables
 from pelagos.world.sediment import SEDIMENTS
@@ -259,3 +264,35 @@ def test_a_large_ground_is_held_once(monkeypatch):
         assert np.shares_memory(ground.faces, scene.tables.static.corner.numpy())
     assert world.cast([0.0, 0.0, 0.0], (0, 0, -1)).t[0] == pytest.approx(10.0)
     assert np.array_equal(world.scene().tables.static.corner.numpy(), before[0][0].ravel())
+
+
+def test_what_is_added_to_a_reopened_world_is_nothing_elses(world):
+    """Several geometries of one thing share an instance, and some instances are of nothing: counting is no way."""
+    one, *_, last = world.geometries
+    kept = replace(world, geometries=(replace(one, instance=2), replace(last, instance=9), replace(last, instance=2)))
+    site = Site.reopened(kept)
+    site.add(shapes.sphere(0.5), "steel", label="beacon", name="new")
+    made = site.world(name="t", description="", origin=GeoOrigin(1, 2))
+    assert [g.instance for g in made.geometries] == [2, 9, 2, 10]
+    assert made.geometries[-1].label == 200
+    assert made.names[10] == "new"
+
+
+def test_labels_of_the_scenario_win_over_those_of_a_saved_world(tmp_path, world):
+    save(world, tmp_path / "kept.npz")
+    keys = {"type": "saved", "path": str(tmp_path / "kept.npz")}
+    assert build_world(world_config(keys)).user_labels == {"beacon": 200}
+    made = build_world(world_config({**keys, "labels": {"beacon": 210, "cage": 207}}))
+    assert made.user_labels == {"beacon": 210, "cage": 207}
+
+
+@pytest.mark.parametrize("wrong", [[3.0, 5.0, 4.0, 7.0], [3.0, 3.0, 5.0], [7.0, 4.0, 4.5], [1.0], [1.0, np.nan, 3.0]])
+@pytest.mark.parametrize("which", [0, 1])
+def test_axes_of_a_survey_rise_or_fall_all_the_way(which, wrong):
+    rising, falling = np.array([-3.0, 1.0, 2.5, 7.0]), np.array([4.0, 2.0, -1.0])
+    check_axes(Path("z.nc"), rising, falling, ("north", "east"), latlon=False)
+    check_axes(Path("z.nc"), falling, rising, ("north", "east"), latlon=False)
+    axes = [rising, falling]
+    axes[which] = np.array(wrong)
+    with pytest.raises(WorldError, match=f"the axis '{('north', 'east')[which]}' has fewer than 2 values, or they nei"):
+        check_axes(Path("z.nc"), *axes, ("north", "east"), latlon=False)

@@ -103,3 +103,17 @@ def test_slotted_aloha(load: float) -> None:
     expected = load * (1 - load / STATIONS) ** (STATIONS - 1)
     assert measured == pytest.approx(expected, rel=4 / np.sqrt(received))
     assert expected == pytest.approx(float(aloha_throughput(load, slotted=True)), rel=0.06)
+
+
+@pytest.mark.parametrize(("payload", "kind", "fits"), [
+    (31, "data", True), (32, "data", False), (31, "response", True), (32, "response", False), (999, "request", True),
+])  # fmt: skip
+def test_a_slot_holds_a_packet_before_its_guard_time(payload: int, kind: str, fits: bool) -> None:
+    """At 1000 bit/s, 0.1 s of preamble and 4 bytes of header, 31 bytes take 0.38 s; a slot of 0.5 s has 0.115 s of
+    guard, so that 0.385 s remain. Requests are a header alone; who has no slots sends anything."""
+    medium = StillWater()
+    Modem(ModemConfig(device="micromodem_psk"), replace(SensorContext.alone("s0.modem", dt_ns=DT_NS), medium=medium))
+    one = medium.modems["s0.modem"]
+    port = replace(one, bit_rate_bps=1000.0, preamble_s=0.1, slot_s=0.5, guard_s=0.115)
+    assert replace(port, mac="tdma").holds(payload, kind) == fits
+    assert replace(port, mac="aloha").holds(payload, kind)
