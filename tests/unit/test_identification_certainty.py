@@ -115,7 +115,11 @@ def test_steps_that_shift_a_parameter_either_way_are_told():
         for name, (shift, width) in shifts.items()
     )
     made = SimpleNamespace(
-        estimates=estimates, found=SimpleNamespace(settled=True), record=SimpleNamespace(step_s=0.1), substeps=4, test=None
+        estimates=estimates,
+        found=SimpleNamespace(settled=True),
+        record=SimpleNamespace(step_s=0.1),
+        substeps=4,
+        test=None,
     )
     assert doubts_of_fit(made) == (
         "the steps of 25 ms shift a by +0.11, c by -0.011: give more substeps, or a shorter step_s",

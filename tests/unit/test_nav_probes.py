@@ -161,7 +161,7 @@ def test_rays_are_told_the_water_at_their_mount():
     place = np.array([[0.0, 0.0, -12.0], [3.0, -4.0, -30.0], [1.0, 2.0, 0.4]])
     own = replace(context(), scene=Scene([]))
     motion = replace(lanes([0, 1, 2], dt_ns=DT), position=jit.Array3f64(place.T.copy()))
-    seen = Bath(Bath.Config(position_m=(0.0, 0.0, 0.5)), own).sense(motion)
+    seen = Bath(Bath.Config(rate_hz=5.0, position_m=(0.0, 0.0, 0.5)), own).sense(motion)
     assert seen.data == pytest.approx([11.5, 29.5, -0.9], abs=1e-6)
     assert seen.extras["temperature"] == pytest.approx(20 - 10 * np.array([11.5, 29.5, 0.0]) / 50, abs=1e-2)
     assert seen.extras["salinity"] == pytest.approx(38.0)

@@ -101,5 +101,5 @@ def test_a_policy_of_other_observations_or_other_actions_is_refused(inputs: int,
     said = f"takes {inputs} numbers and gives {outputs}; it was trained for docking, and this task has 5 .* and 2 act"
     with pytest.raises(CommandError, match=said):
         policy_of(str(tmp_path / "other.npz"), env)
-    with pytest.raises(LookupFailed, match="unknown policy, and no file either, 'scrip'.*script"):
+    with pytest.raises(LookupFailed, match=r"unknown policy, and no file either, 'scrip'.*script"):
         policy_of("scrip", env)

@@ -157,7 +157,7 @@ def test_sun_weather_and_water_that_are_set_are_those_of_a_scenario_that_has_the
     names = ("sun_elevation", "sun_azimuth", "water_type", "cloud", "visibility", "rain")
     for key, value in keys.items():
         scenario["ocean"][key] = value
-        sim.ocean.set(**{key: value})
+        sim.ocean.set(keys={key: value})
         wanted = build_ocean(OceanConfig.model_validate(scenario["ocean"]))
         for name in names:
             assert str(getattr(sim.model.ocean, name)) == str(getattr(wanted, name)), (key, name)

@@ -145,7 +145,6 @@ def fly(config, nu, seconds, h, plane_z):
     def go(state, walls, none, h):
         return vehicle.step(state, [], None, jit.Float64(0.0), none, h, "actuators", Tables(None, None, walls))
 
-
     step = dr.opaque(jit.Float64, h)
     for k in range(round(seconds / h) + 1):
         if k % 50 == 0:
