@@ -144,7 +144,6 @@ def test_the_current_of_each_copy_carries_it_and_its_sensors_feel_it(loaded):
         loaded.ocean.set(turbidity=-1.0)
 
 
-@pytest.mark.slow  # cameras are built four times
 def test_sun_weather_and_water_that_are_set_are_those_of_a_scenario_that_has_them():
     """Each number alone, too: what is not named stays."""
     scenario = copy.deepcopy(SCENARIO)
@@ -164,6 +163,7 @@ def test_sun_weather_and_water_that_are_set_are_those_of_a_scenario_that_has_the
     assert float(np.array(wanted.rain).item()) > 0
 
 
+@pytest.mark.slow  # cameras are built four times
 def test_lamps_turbidity_and_keys_of_sensors_are_set_while_the_run_goes_on():
     scenario = copy.deepcopy(SCENARIO)
     scenario["agents"]["auv0"]["start"] |= {"depth_m": 17.0}
