@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import pelagos as pl
 from pelagos.acoustics.eigenrays import eigenrays
 from pelagos.acoustics.section import Section
 from pelagos.acoustics.transmission_loss import field
+from pelagos.sensors.sonar.ping.water_survey import survey
 
 START, REACH = 1500.0, 2000.0  # [m/s], [m]
 
@@ -156,3 +158,13 @@ def test_fields_are_reciprocal_across_a_stream() -> None:
         made = field(section, here, reach=reach, columns=60, depths=rows, widest=math.radians(13), beams=1500)
         level.append(10 * np.log10(made.intensity[-1].mean()))
     assert level[0] == pytest.approx(level[1], abs=1.0)
+
+
+@pytest.mark.parametrize("slope", [1e-3, -4e-4])
+def test_water_is_looked_at_over_the_whole_first_day(slope: float) -> None:
+    """A gradient that grows from nothing at the start to `slope` over a reach after 24 hours: no less is found, and no
+    more than by the places at 1.92 reaches from the middle, 0.2 %."""
+    reach, day = 50.0, 86400.0
+    ocean = SimpleNamespace(sound_speed=lambda at, t: START * (1 + slope * at.x / reach * t / day))
+    context: Any = SimpleNamespace(ocean=ocean, world=SimpleNamespace(geometries=()))
+    assert survey(context, reach, -20.0).variation == pytest.approx(abs(slope), rel=3e-3)
