@@ -8,6 +8,7 @@ import socket
 import struct
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -260,6 +261,32 @@ def test_web_pages_of_other_machines_are_refused(door: RosbridgeTransport) -> No
     assert door.troubles["web pages of elsewhere.example.org refused"] == 1
     with link(door, origin="http://localhost:8000"):
         pass
+
+
+@pytest.mark.parametrize(
+    ("asked", "passed"),
+    [
+        ({"throttle_rate": 250}, [0, 260, 520]),  # a message is due again 250 ms after the last that was sent
+        ({"throttle_rate": 90.5}, [0, 100, 249, 350, 501]),
+        ({"throttle_rate": 0}, [0, 90, 100, 249, 260, 350, 501, 509, 520]),
+        ({}, [0, 90, 100, 249, 260, 350, 501, 509, 520]),
+    ],
+)
+def test_a_client_may_ask_for_messages_at_most_every_so_many_milliseconds(
+    door: RosbridgeTransport, monkeypatch: pytest.MonkeyPatch, asked: dict[str, Any], passed: list[int]
+) -> None:
+    text, clock = "std_msgs/msg/String", SimpleNamespace(now=70.0)
+    monkeypatch.setattr("pelagos.bridges.rosbridge_client.time", SimpleNamespace(monotonic=lambda: clock.now))
+    write = door.advertise("/labels", text, qos=Qos())
+    with link(door) as wire:
+        wire.send(json.dumps({"op": "subscribe", "topic": "/labels", **asked}))
+        until(lambda: any(c._wanted for c in door._clients))
+        for ms in (0, 90, 100, 249, 260, 350, 501, 509, 520):
+            clock.now = 70.0 + 1e-3 * ms
+            write(serialize(text, make(text, data=str(ms))), 0)
+        got = [int(json.loads(wire.recv(timeout=20))["msg"]["data"]) for _ in passed]
+        assert got == passed
+        assert ask(wire, op="subscribe", topic="/label")["level"] == "warning"  # nothing else had been sent before it
 
 
 def test_a_client_that_does_not_read_slows_nobody_and_loses_the_oldest(door: RosbridgeTransport) -> None:

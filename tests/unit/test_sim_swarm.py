@@ -198,17 +198,29 @@ def test_recordings_of_a_group_have_topics_by_member(tmp_path):
     [
         ({"start": {"position_m": [0, 0], "depth_m": 5.0}}, "spacing_m"),
         ({"overrides": {9: {}}}, "no member 9"),
+        ({"overrides": {4: {}}}, "no member 4; members of this group are 0 to 3"),
+        ({"overrides": {2: {}, -1: {}}}, "no member -1; members of this group are 0 to 3"),
         ({"overrides": {1: {"starts": {}}}}, r"auv\[1\]: starts: there is no such key"),
         ({"distributions": {"start.headin": {"uniform": [0, 1]}}}, "start.headin"),
         ({"distributions": {"vehicle.type": {"uniform": [0, 1]}}}, "names no number"),
         ({"distributions": {"start.heading_deg": {"uniform": [1, 0]}}}, "lowest to the highest"),
         ({"start": {"position_m": [0, 0], "spacing_m": 5.0, "grid": [1, 2]}}, "no room for 4"),
+        ({"start": {"position_m": [0, 0], "spacing_m": 5.0, "grid": [3, 1]}}, "3 x 1 has no room for 4"),
         ({"overrides": {1: {"sensors": {"imu": {"rate_hz": 30}}}}}, "does not divide"),
     ],
 )
 def test_what_no_group_can_be_is_refused(keys, text):
     with pytest.raises(ScenarioError, match=text):
         pl.Simulation.load(swarm(4, **keys))
+
+
+def test_a_group_may_fill_its_grid_and_change_its_first_and_last_member():
+    """Four members in 2 x 2 places; those of 0 and 3 are their own."""
+    start = {"position_m": [3, -8], "depth_m": 5.0, "spacing_m": [30, 25], "grid": [2, 2]}
+    deep = {0: {"start": {"depth_m": 7.5}}, 3: {"start": {"depth_m": 9.0}}}
+    sim = pl.Simulation.load(swarm(4, start=start, overrides=deep))
+    assert sim.state["auv"].position[0, :, 2].tolist() == [-7.5, -5, -5, -9]
+    assert len(np.unique(sim.state["auv"].position[0, :, :2], axis=0)) == 4
 
 
 def test_keys_of_groups_are_refused_for_single_agents():
