@@ -129,6 +129,38 @@ def test_what_is_no_recording_is_wrong_input(make, name, content, message, tmp_p
     assert not list(Path(tmp_path).glob("*.mp4"))
 
 
+@pytest.mark.parametrize(
+    ("changes", "options"),
+    [([], {"seed": 0}), ([], {"seed": 7}), ([], {"world": True}), (["seed=3"], {}), (["seed=3"], {"seed": 0})],
+)
+def test_a_recording_is_shown_as_it_is_or_not_at_all(changes, options, tmp_path, monkeypatch):
+    """A seed, a change and --world are for scenarios; the file is not even looked into."""
+    path = tmp_path / "dive.MCAP"
+    path.write_bytes(b"x")
+    played: list[Path] = []
+    monkeypatch.setattr(command, "_replay", lambda path, *_: played.append(path))
+    with pytest.raises(InputError, match="leave out --set, --seed and --world"):
+        show(path, changes, ViewOptions(port=0, browser=False, **options))
+    assert not played
+    assert show(path, [], ViewOptions(port=0, browser=False, speed=0.0, paused=True)) == 0
+    assert played == [path]
+
+
+def test_a_scenario_is_viewed_with_the_seed_that_is_given(tmp_path, monkeypatch):
+    path, seeds = tmp_path / "dive.yaml", list[int]()
+    path.write_text(yaml.safe_dump(SCENARIO), encoding="utf-8")
+
+    def begin(scenario: Any) -> None:
+        seeds.append(scenario.seed)
+        raise InputError("enough")
+
+    monkeypatch.setattr("pelagos.sim.simulation.Simulation.load", begin)
+    for changes, seed in ([], 0), ([], 9), ([], None), (["seed=3"], None):
+        with pytest.raises(InputError, match="enough"):
+            show(path, changes, ViewOptions(port=0, browser=False, seed=seed))
+    assert seeds == [0, 9, 5, 3]
+
+
 def test_no_browser_is_told_in_a_sentence(monkeypatch, capsys):
     """A machine without a screen: no browser of the terminal is begun."""
     opened: list[str] = []

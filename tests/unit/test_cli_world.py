@@ -63,6 +63,34 @@ def test_every_kind_of_output(scenario: Path, tmp_path: Path) -> None:
         assert a.vertices.tobytes() == b.vertices.tobytes()
 
 
+@pytest.mark.parametrize(("at", "x"), [((), -4.0), (("--at", "0"), -4.0), (("--at", "6"), -1.0), (("--at", "40"), 8.0)])
+def test_movers_stand_in_files_where_they_are_at_the_time_that_is_asked_for(
+    tmp_path: Path, at: tuple[str, ...], x: float
+) -> None:
+    """0.5 m/s from x = -4 to x = 8; in glTF y is up, and world y (west) is -z."""
+    import trimesh
+
+    path = tmp_path / "moving.yaml"
+    path.write_text("""\
+world:
+  type: flat
+  depth_m: 30
+  size_m: [60, 60]
+  movers:
+    - {name: plate, body: box, size_m: 2.0,
+       path: {kind: waypoints, points_m: [[-4, 7, -12], [8, 7, -12]], speed_mps: 0.5}}
+""")
+    assert outcome("world", path, *at, "--out", tmp_path / "folder", "--out", tmp_path / "w.glb") == 0
+    for file in (tmp_path / "folder" / "world.glb", tmp_path / "w.glb"):
+        scene = trimesh.load(file)
+        transform, name = scene.graph[next(n for n in scene.graph.nodes_geometry if "plate" in n)]
+        corners = trimesh.transform_points(scene.geometry[name].vertices, transform)
+        assert corners.mean(axis=0) == pytest.approx([x, -12, -7], abs=1e-4)
+    kept = load(tmp_path / "folder" / "world.npz").movers  # with its whole way
+    assert [m.name for m in kept] == ["plate"]
+    assert not load(tmp_path / "folder" / "world.npz").at_time(0.0).movers
+
+
 @pytest.mark.parametrize(
     ("name", "says"), [("w.docx", ".glb"), ("nowhere/w.glb", "does not exist"), ("full", "empty folder")]
 )

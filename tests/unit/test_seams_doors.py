@@ -13,6 +13,7 @@ import pelagos as pl
 from pelagos.bridges.ardupilot import _back_to
 from pelagos.bridges.autopilot import VehicleMotion
 from pelagos.bridges.px4 import Px4Link
+from pelagos.cli.doors import doors_of
 from pelagos.compat.holoocean.sonars import SidescanSonar
 from pelagos.contact.impulse import _Space
 from pelagos.envs.tasks.wall_inspection import WallInspection
@@ -47,6 +48,36 @@ def aboard(*headings: float) -> Aboard:
     place = np.array([[3.0 + i, -5.0 * i, -2.0] for i in range(n)])
     fix = Fix(place, np.array(headings), np.zeros((n, 3)))
     return Aboard(fix, 4.0, 0.1, np.full(n, 9.0), np.zeros(n, bool))
+
+
+@pytest.mark.parametrize(
+    ("written", "asked", "opened"),
+    [
+        ({}, [], {}),
+        ({}, ["rosbridge", "foxglove", "rosbridge"], {"rosbridge": "rosbridge", "foxglove": "foxglove"}),
+        ({"page": "rosbridge"}, [], {"page": "rosbridge"}),
+        ({"page": "rosbridge"}, ["rosbridge"], {"page": "rosbridge"}),
+        ({"page": "rosbridge"}, ["foxglove"], {"page": "rosbridge", "foxglove": "foxglove"}),
+    ],
+)
+def test_a_door_that_is_asked_for_by_type_is_opened_where_the_scenario_has_none(
+    written: dict[str, str], asked: list[str], opened: dict[str, str]
+) -> None:
+    """What the scenario says of a door stays; one that it has not got has the defaults of its type."""
+    bridges = {name: {"type": kind, "port": 4711} for name, kind in written.items()}
+    auv = {"vehicle": "remus100", "start": {"depth_m": 5.0}}
+    found = doors_of(pl.load_scenario({"world": {"type": "flat"}, "agents": {"auv": auv}, "bridges": bridges}), asked)
+    assert {name: config.type for name, config in found.items()} == opened
+    assert all((config.port == 4711) == (name in written) for name, config in found.items())
+
+
+def test_a_name_that_is_another_type_keeps_its_door() -> None:
+    bridges = {"rosbridge": {"type": "foxglove", "port": 4711}, "rosbridge_2": {"type": "foxglove", "port": 4712}}
+    auv = {"vehicle": "remus100", "start": {"depth_m": 5.0}}
+    scenario = pl.load_scenario({"world": {"type": "flat"}, "agents": {"auv": auv}, "bridges": bridges})
+    found = doors_of(scenario, ["rosbridge"])
+    assert list(found.items())[:2] == list(scenario.bridges.items())
+    assert [(name, config.type) for name, config in list(found.items())[2:]] == [("rosbridge_3", "rosbridge")]
 
 
 def test_acceleration_of_a_steady_turn_points_to_its_middle() -> None:

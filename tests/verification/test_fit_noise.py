@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -119,6 +120,26 @@ def test_the_command_prints_keys_that_the_imu_knows(tmp_path):
     assert CliRunner().invoke(app, ["fit-noise", str(file)]).exit_code != 0
     wrong = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gz"])
     assert wrong.exit_code != 0
+
+
+@pytest.mark.parametrize("kind", ["white", "walk"])
+def test_what_is_not_seen_is_bounded_by_the_curve(kind, tmp_path):
+    """A term alone lies nowhere above the measured curve: N/sqrt(tau), sqrt(2 ln 2/pi) B and K sqrt(tau/3) (IEEE Std
+    952-1997, Annex C); two digits are printed, half of the last is at most 5 %."""
+    noise = 0.3 * np.random.default_rng(6).normal(size=4000)
+    x = noise if kind == "white" else np.cumsum(noise)
+    file = tmp_path / "imu.csv"
+    file.write_text("t,gx\n" + "\n".join(f"{k / 50:.2f},{v:.9f}" for k, v in enumerate(x)), encoding="utf-8")
+    told = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gx"], terminal_width=200).output
+    found = fit_noise(np.array([float(f"{v:.9f}") for v in x]), 50.0)
+    bounds = {
+        "white": (found.allan * np.sqrt(found.tau)).min(),
+        "bias": found.allan.min() / np.sqrt(2 * np.log(2) / np.pi),
+        "walk": (found.allan * np.sqrt(3 / found.tau)).min(),
+    }
+    bounds.pop(kind)
+    printed = [float(v) for v in re.findall(r"not seen, < (\S+)", told)]
+    assert printed == pytest.approx(list(bounds.values()), rel=0.051)
 
 
 def flicker(n: int, rate: float, bias: float, random: np.random.Generator) -> np.ndarray:

@@ -26,13 +26,17 @@ MOST_RESTARTS: Final = 10
 def doors_of(scenario: Scenario, asked: Sequence[str]) -> dict[str, Any]:
     """The bridges of a scenario, and those that the command line asks for by type, with their defaults.
 
+    Those are named by their type, or TYPE_2 and so on where the scenario has another door of that name.
+
     Raises:
         LookupFailed: there is no such type.
     """
     found = dict(scenario.bridges)
     for kind in asked:
         if not any(config.type == kind for config in found.values()):
-            found[kind] = registry.find("bridge", kind).config.model_validate({"type": kind})
+            names = (kind, *(f"{kind}_{i}" for i in range(2, len(found) + 2)))  # one of them is free
+            name = next(n for n in names if n not in found)
+            found[name] = registry.find("bridge", kind).config.model_validate({"type": kind})
     return found
 
 
