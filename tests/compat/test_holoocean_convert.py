@@ -1,10 +1,12 @@
 """Shipped scenarios as native ones: the same poses to the bit for the same commands."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from holoocean_env import agent
 
 import pelagos as pl
 import pelagos.compat.holoocean as holoocean
@@ -44,3 +46,36 @@ def test_a_native_twin_goes_the_same_way(name):
     np.testing.assert_array_equal(here.position, there.position)
     np.testing.assert_array_equal(here.attitude, there.attitude)
     assert np.linalg.norm(here.position[0] - agent["location"]) > 0.1
+
+
+@pytest.mark.parametrize(("ticks", "hertz"), [(200, 50), (60, 60), (120, 10)])
+def test_noise_of_a_reading_becomes_a_density(tmp_path, ticks, hertz):
+    """A deviation s of each reading is s/sqrt(Hz) as density; a bias that is shifted by s at every tick, whatever the
+    rate of its sensor, has walked s sqrt(ticks a second) after a second."""
+    imu = {
+        "AccelSigma": [0.2, 0.3, 0.1],
+        "AccelBiasSigma": 0.03,
+        "AngVelSigma": 0.01,
+        "AngVelBiasSigma": [2e-3, 5e-3, 1e-3],
+    }
+    beams = {"Elevation": 25.0, "MaxRange": 31.0, "VelSigma": 0.02}
+    sensors = [
+        {"sensor_type": "IMUSensor", "Hz": hertz, "configuration": imu},
+        {"sensor_type": "DVLSensor", "Hz": hertz, "configuration": beams},
+        {"sensor_type": "GPSSensor", "Hz": hertz, "configuration": {"Sigma": 0.4}},
+        {"sensor_type": "LocationSensor", "Hz": hertz},
+    ]
+    path = tmp_path / "noisy.json"
+    one = agent("HoveringAUV", sensors, location=(2, -3, -10))
+    path.write_text(json.dumps({"name": "n", "world": "TestWorld", "package_name": "TestWorlds", "main_agent": "auv0",
+                                "ticks_per_sec": ticks, "agents": [one]}))  # fmt: skip
+    (own,) = yaml.safe_load(converted(path))["agents"].values()
+    kept = {keys["type"]: keys for keys in own["sensors"].values()}
+    assert {keys["rate_hz"] for keys in kept.values()} == {hertz}
+    assert kept["imu"]["accelerometer_noise_density"] == pytest.approx(0.3 / hertz**0.5)
+    assert kept["imu"]["accelerometer_random_walk"] == pytest.approx(0.03 * ticks**0.5)
+    assert kept["imu"]["gyroscope_noise_density"] == pytest.approx(0.01 / hertz**0.5)
+    assert kept["imu"]["gyroscope_random_walk"] == pytest.approx(0.005 * ticks**0.5)
+    assert kept["dvl"]["noise_mps"] == 0.02
+    assert kept["dvl"]["range_max_m"] == pytest.approx(31 * np.cos(np.radians(25)))
+    assert kept["gps"]["noise_density"] == pytest.approx(0.4 / hertz**0.5)

@@ -8,6 +8,7 @@ from holoocean_env import agent, opened
 from pelagos import jit
 from pelagos.compat.holoocean.advice import HoloOceanWarning
 from pelagos.compat.holoocean.exceptions import HoloOceanException
+from pelagos.compat.holoocean.sensors import SensorDefinition
 
 DEPTH = {"sensor_type": "DepthSensor"}
 QUIET = pytest.mark.filterwarnings("ignore::pelagos.compat.holoocean.advice.HoloOceanWarning")
@@ -72,3 +73,25 @@ def test_a_semantic_sonar_looks_along_its_boresight_whatever_the_physics():
             "configuration": {"physics": "holoocean", "RangeMax": 10, "OpeningAngle": 20}}  # fmt: skip
     with opened(agent("HoveringAUV", [down], location=(620, 170, -291)), world="OpenWater") as env:
         assert env.tick()["SemanticRaycastSinglebeamSonar"][:, 0].any()
+
+
+@QUIET
+def test_what_was_asked_for_last_holds_when_the_simulation_is_built_anew():
+    """Another sensor builds it anew: what had been changed stays, and the latest of two changes of one thing wins."""
+    with opened(agent("SphereAgent", [DEPTH], location=(3, -50, -4))) as env:
+        env.air_fog(5)
+        env.set_rain_parameters(0, 0, 0, 1500)
+        env.water_color(0.2, 0.5, 0.3)
+        env.tick()
+        now = env.pelagos.scenario.ocean
+        assert (now.weather.visibility_m, now.weather.rain_mm_per_h, now.water_type) == (40.0, 5.0, "5C")
+        env.agents["auv0"].add_sensors(SensorDefinition("auv0", "SphereAgent", "other", "DepthSensor"))
+        env.air_fog(2.5)
+        env.water_color(0.2, 0.4, 0.7)
+        first = env.pelagos
+        env.tick()
+        now = env.pelagos.scenario.ocean
+        assert (now.weather.visibility_m, now.weather.rain_mm_per_h, now.water_type) == (80.0, 5.0, "II")
+        env.tick()
+        assert env.pelagos is first
+        assert env.pelagos.scenario.ocean.weather.visibility_m == 80.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import socket
 import subprocess
@@ -9,6 +10,8 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -303,3 +306,42 @@ def test_recovering_what_is_no_recording_is_wrong_input(small: Path, capsys: pyt
 def test_debug_shows_the_traceback(small: Path) -> None:
     with pytest.raises(Exception, match="does not divide"):
         main(["--debug", "check", str(small), "--set", "agents.auv0.sensors.imu.rate_hz=3"])
+
+
+@pytest.mark.parametrize("options", [(), ("--until", "distance_m=0.25", "--seed", "4", "--n", "3")])
+def test_a_training_is_told_as_it_ended(
+    options: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Three updates, of which the first was the worst: `run.json` has the last, `curve.csv` all."""
+    rows = [{"steps": 96.0 * k, "seconds": 2.5 * k, "reward": k - 2.5, "distance_m": 0.9 / k} for k in (1, 2, 3)]
+    asked: dict[str, Any] = {}
+
+    def train(env: Any, recipe: Any, *, seed: int, name: str, each: Any) -> Any:
+        asked.update(env, seed=seed, until=recipe.until, steps=recipe.steps, name=name)
+        for row in rows:
+            each(row)
+        policy = SimpleNamespace(save=lambda path: path.write_bytes(b"policy"))
+        return SimpleNamespace(policy=policy, curve=rows, reached=bool(recipe.until))
+
+    def make(task: str, copies: int, **options: Any) -> Any:
+        return {"copies": copies, "options": options}
+
+    monkeypatch.setattr("pelagos.envs.ppo.train", train)
+    monkeypatch.setattr("pelagos.envs.registry.make", make)
+    with pytest.raises(SystemExit) as ended:
+        main(
+            ["train", "Hover-v0", "--steps", "288", "--out", str(tmp_path / "hover"), "--set", "reach_m=0.4", *options]
+        )
+    assert not ended.value.code
+    told = json.loads((tmp_path / "hover" / "run.json").read_text())
+    assert told["end"] == rows[-1]
+    assert told["reached"] is bool(options)
+    assert (told["seed"], told["copies"], told["task"]) == (asked["seed"], asked["copies"], asked["name"])
+    assert told["options"] == {"reach_m": 0.4}
+    assert asked["options"] == {"seed": told["seed"], "arrays": "torch", "reach_m": 0.4}
+    assert (asked["steps"], asked["name"]) == (288, "pelagos/Hover-v0")
+    if options:
+        assert (asked["until"], asked["seed"], asked["copies"]) == (("distance_m", 0.25), 4, 3)
+        assert "distance_m <= 0.25: reached" in capsys.readouterr().out
+    with (tmp_path / "hover" / "curve.csv").open(newline="") as file:
+        assert [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)] == rows

@@ -313,8 +313,10 @@ UNFIT = [
     ({"type": "follow", "wall": "side", "offset_m": [-2, 0, 0], "seconds": 3}, "'offset_m' is kept from 'agent'"),
     ({"type": "follow", "pipeline": "pipe", "distance_m": 2.5}, "'distance_m' is kept from 'wall'; leave it out"),
     ({"type": "survey", "area": [[0, 0], [1, 0], [1, 1]]}, "give either 'spacing_m' or 'swath_deg'; neither given"),
-    ({"type": "survey", "area": [[0, 0], [1, 0], [1, 1]], "spacing_m": 3, "swath_deg": 70},
-     "give either 'spacing_m' or 'swath_deg'; both given"),
+    (
+        {"type": "survey", "area": [[0, 0], [1, 0], [1, 1]], "spacing_m": 3, "swath_deg": 70},
+        "give either 'spacing_m' or 'swath_deg'; both given",
+    ),
     ({"type": "goto", "points": [[1, 2, -3]], "depth_m": 3}, "leave out 'depth_m'"),
     ({"type": "goto", "points": [[1, 2]], "heading_deg": 3, "face": [1, 2]}, "give either 'heading_deg' or 'face'"),
     ({"type": "hold", "seconds": 3, "until": {"sensor": "a"}}, "give 'above', 'below' or both"),
