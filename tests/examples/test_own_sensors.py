@@ -141,25 +141,6 @@ def test_constants_of_a_pattern_of_rays_are_spread_over_its_lanes() -> None:
     np.testing.assert_array_equal(found.truth, [[1, -2, 3]] * 3)
 
 
-class Water(Ahead):
-    """The water at the mount."""
-
-    def read(self, hits, medium, draw, rays):
-        told = jit.Array3f64(medium.depth, medium.salinity, medium.temperature)
-        return {"data": told, "truth": told}
-
-
-@pytest.mark.parametrize(("height", "salinity"), [(-4.0, 34.2), (-11.5, 31.95), (2.0, 35.4)])
-def test_the_water_of_a_pattern_of_rays_is_that_at_its_depth(height: float, salinity: float) -> None:
-    """Depth counts downwards and is negative in the air; salinity of 35.4, and 0.3 less a metre below the surface."""
-    ocean = {"salinity": [{"type": "profile", "depth_m": [0.0, 20.0], "value": [35.4, 29.4]}]}
-    world = {"type": "flat", "depth_m": 20.0}
-    sensor = Water(SensorConfig(type="x", rate_hz=10), SensorContext.alone(world=world, ocean=ocean))
-    found = sensor.sense(lanes(range(2), dt_ns=10_000_000, position=(3.0, -2.0, height)))
-    np.testing.assert_allclose(found.data[:, 0], -height, atol=1e-5)
-    np.testing.assert_allclose(found.data[:, 1], salinity, atol=1e-4)
-
-
 def test_two_sensors_of_a_type_have_their_own_numpy_noise() -> None:
     motion = lanes(range(4), dt_ns=10_000_000, environments=(0, 1))
     one, other = (NumpyNoise(3, path).normals(motion, 2) for path in ("auv0.left", "auv0.right"))

@@ -53,17 +53,6 @@ def test_vehicles_of_one_sea_drift_with_currents_of_their_own():
     assert abs(moved["b"][0]) < 0.01
 
 
-def test_weather_that_is_set_is_the_oceans_and_stays_with_what_is_set_next():
-    sim = pl.Simulation.load(SCENARIO)
-    sim.ocean.set(keys={"weather.cloud": 0.7, "weather.rain_mm_per_h": 12.0, "weather.visibility_m": 900.0})
-    sim.ocean.set(keys={"sun.elevation_deg": 25.0, "sun.azimuth_deg": -40.0})
-    weather = sim.ocean.fields.weather
-    assert (weather.cloud, weather.visibility, weather.rain) == (0.7, 900.0, 12.0)
-    assert float(sim.ocean.fields.sun_elevation[0]) == pytest.approx(np.radians(25.0))
-    sim.ocean.set(keys={"weather.rain_mm_per_h": 0.0})
-    assert sim.ocean.fields.weather.rain == 0.0
-
-
 def test_a_vehicles_own_current_takes_nothing_from_the_others():
     """It ends the scenario's currents for all: that of all is set before; the rest of the sea is nobody's own."""
     sea = {"currents": [{"type": "uniform", "speed_mps": 0.3, "towards_deg": 120}]}

@@ -56,20 +56,6 @@ def test_lanes_and_blocks_are_as_alone():
     assert (again.state["auv0"].position == alone.state["auv0"].position).all()
 
 
-@pytest.mark.parametrize("yaw", [0.7, -1.9])
-def test_a_wall_is_felt_where_it_stands_whichever_way_the_vehicle_looks(yaw):
-    """The wall, the vehicle and its way turned by the same angle: the same accelerations; another wall, others."""
-    vehicle = pl.Vehicle.from_dict(STUBBY)
-    still = np.zeros((1, len(vehicle.actuator_names)))
-    nu = [[0.5, 0.2, -0.1, 0.0, 0.0, 0.0]]
-    normals = [(np.cos(0.4 + turn), np.sin(0.4 + turn), 0.0) for turn in (0.0, yaw)]
-    ahead = vehicle.accelerations([[0] * 6], nu, still, still, walls=[[*normals[0], 0.5]])[0]
-    turned = vehicle.accelerations([[0, 0, 0, 0, 0, yaw]], nu, still, still, walls=[[*normals[1], 0.5]])[0]
-    other = vehicle.accelerations([[0, 0, 0, 0, 0, yaw]], nu, still, still, walls=[[*normals[0], 0.5]])[0]
-    assert turned == pytest.approx(ahead, rel=1e-9, abs=1e-12)
-    assert np.abs(other - ahead).max() > 1e-3
-
-
 def test_checkpoint_goes_on_near_the_bottom():
     sim = pl.Simulation.load(scenario(depth=9.5, **STUBBY))
     sim.step(ticks=17)

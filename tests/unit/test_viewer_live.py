@@ -249,18 +249,6 @@ def test_way_point_is_gone_to_over_the_ground_and_left_behind(pilot):
     assert "auv0" in said[-1][1]  # the nearest name
 
 
-def test_way_points_are_forgotten_with_the_run_that_had_them(pilot):
-    made, orders, _ = pilot
-    for x, y in ((40.0, -9.0), (60.0, -20.0)):
-        obey(made, orders, do="goal", agent="auv0", x=x, y=y)
-    obey(made, orders, do="reset")
-    assert not made.goals.get("auv0")
-    obey(made, orders, do="goal", agent="auv0", x=-30.0, y=12.0)
-    assert len(made.goals["auv0"]) == 1
-    assert made.goals["auv0"][0][:2] == pytest.approx([-30.0, 12.0])
-    assert made.sim.stepper.mode("auv0") == "line_of_sight"
-
-
 def test_prop_that_is_dragged_slowly_does_not_climb_upon_itself(pilot):
     """The pointer's ray meets the prop where it still stands; what counts is the ground behind it."""
     made, orders, said = pilot

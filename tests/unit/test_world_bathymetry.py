@@ -192,10 +192,6 @@ BAD = {
     "no such latitude": (lambda t: t / "elevation.nc", {"centre_deg": (123.0, 48.0)} | PLACE, "not on Earth"),
     "variable": (lambda t: t / "elevation.nc", {"variable": "elevatoin"}, "did you mean 'elevation'"),
     "exchanged axes": (lambda t: write_netcdf(t / "s.nc", np.zeros((31, 21)), lat=LON * 9, lon=LAT), {}, "no latitude"),
-    "to and fro": (
-        lambda t: write_netcdf(t / "f.nc", lat=LAT[[0, 1, 2, 4, 3, *range(5, 21)]]), {}, "neither rise nor fall"),
-    "standing": (
-        lambda t: write_netcdf(t / "f.nc", lon=LON[[0, 1, 1, *range(3, 31)]]), {}, "neither rise nor fall"),
     "dry": (lambda t: write_netcdf(t / "l.nc", np.full((21, 31), 12.0)), {}, "wholly above the sea"),
     "crs": (lambda t: t / "elevation.nc", {"crs": "EPSG:nonsense"}, "not a coordinate system"),
     "too fine": (lambda t: t / "elevation.nc", {"resolution_m": 0.5}, "use resolution_m"),

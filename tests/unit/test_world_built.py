@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from pelagos.errors import WorldError
 from pelagos.world import shapes
 from pelagos.world.build import build_world, world_config
 from pelagos.world.classic import CLASSICS, ClassicConfig
-from pelagos.world.export import export, load, save
+from pelagos.world.export import export, load
 from pelagos.world.generate.generated import GeneratedConfig
 from pelagos.world.label import LABELS
 from pelagos.world.preview import draw_map, render, statistics
@@ -235,22 +234,6 @@ def test_any_world_takes_things(kind):
     assert world.materials[hit.material[0]].name == "gold"
     assert world.names[int(hit.instance[0])] == "chest"
     assert len({g.instance for g in world.geometries if g.name == "chest"}) == 1
-
-
-def test_a_saved_world_that_is_added_to_keeps_its_ids_and_takes_the_scenarios_labels(tmp_path):
-    """Of three crates, one of two boxes, none has the id of what comes later; a label of the scenario's own wins."""
-    crate = {"shape": "box", "size_m": [1, 2, 3], "material": "steel"}
-    things = [{**crate, "at_m": [4.0 * k, -3.0, -8.0], "name": f"crate{k}", "label": "crate"} for k in range(3)]
-    first = build_world(world_config({"type": "built", "depth_m": 10.0, "things": things, "labels": {"crate": 210}}))
-    world = replace(first, geometries=(*first.geometries, replace(first.geometries[-1])))  # two parts of one thing
-    path = str(save(world, tmp_path / "world.npz"))
-    more = {**crate, "at_m": [-5.0, 6.0, -8.0], "name": "late", "label": "late"}
-    made = build_world(
-        world_config({"type": "saved", "path": path, "things": [more], "labels": {"late": 211, "crate": 215}})
-    )
-    (late,) = [g for g in made.geometries if g.name == "late"]
-    assert late.instance == max(g.instance for g in world.geometries) + 1
-    assert (made.label_number("late"), made.label_number("crate")) == (211, 215)
 
 
 def test_generated_things_keep_off_what_was_placed_by_hand():
