@@ -41,7 +41,7 @@ def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
 
 
 def doubts_of_water(water: Water, model: Model) -> tuple[str, ...]:
-    """What a run of the scenario would have around this vehicle, and a fit has not."""
+    """Parts of the scenario that a run would have around this vehicle, and a fit has not."""
     windy = model.in_air or any(isinstance(term, Windage) for term in model.terms.values())
     deaf = {"ocean.wind": not windy, "ocean.tide": model.wetting is None}
     found = []

@@ -64,7 +64,7 @@ class Water:
 
     @property
     def outside(self) -> dict[str, float]:
-        """What is known beside the vehicle, by its path in a plan."""
+        """Values that are known beside the vehicle, by their paths in a plan."""
         return dict(zip(("current.north", "current.east"), self.current, strict=True))
 
     def around(self, vehicle: Vehicle) -> Surroundings:

@@ -61,7 +61,7 @@ class Boundaries:
 
 
 def reaches_m(vehicle: Vehicle) -> tuple[float, float]:
-    """How far below and beside it a vehicle feels ground and walls [m]."""
+    """Distances from which a vehicle feels ground below and walls beside it [m]."""
     near = _LENGTHS * vehicle.config.length_m
     by_images = any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
     return near if by_images else max(near, _DEEPEST_M), near
