@@ -233,6 +233,7 @@ def test_recordings(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
     check("commands", "recordings", {"said": "\n".join(re.sub(r"at byte \d+|\d+ bytes", "", t) for t in texts)})
 
 
+@pytest.mark.filterwarnings("ignore:.*the Allan deviation at:pelagos.errors.PelagosWarning")  # it moves
 def test_fits(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Noise of columns of a file, as a table and as data."""
     random = np.random.default_rng(4)

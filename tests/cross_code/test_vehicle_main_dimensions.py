@@ -126,6 +126,10 @@ def test_forms_beyond_the_regression_are_refused():
             _ = pl.Vehicle.from_dict(ship(*dimensions, added_mass=plain)).model
     with pytest.raises(ScenarioError, match="'hull' contain the Coriolis forces of the added mass"):
         pl.Vehicle.from_dict(ship(100.0, 16.0, 6.0, 0.7, coriolis={"rigid": "momentum"}))
+    other = ship(100.0, 16.0, 6.0, 0.7)
+    other["added_mass"]["draught_m"] = 6.5
+    with pytest.raises(ScenarioError, match=r"'hull' has draught_m 6 and added_mass 6\.5: a ship has one draught"):
+        pl.Vehicle.from_dict(other)
     sunk = ship(100.0, 16.0, 6.0, 0.7) | {"terms": {"hull": {"type": "clarke", "draught_m": 6}}}
     with pytest.raises(ScenarioError, match="no term makes this vehicle float"):
         _ = pl.Vehicle.from_dict(sunk).model

@@ -180,7 +180,7 @@ def friction_damping(ship: RollSections, amplitude: float, frequency: float, den
 
 def wave_damping(ship: RollSections, frequency: float) -> float:
     """Linear damping of the waves that the sections make about the roll axis, over the density [m^5/s]."""
-    motion = np.array([-ship.depth_of_axis, 0.0, 1.0])  # sway of the waterline in a roll from starboard down
+    motion = np.array([-ship.depth_of_axis, 0.0, 1.0])  # y to z: about a deep axis, to port
     found = 0.0
     for section in ship.sections:
         points = section.points

@@ -47,7 +47,7 @@ def doubts_of_water(water: Water, model: Model) -> tuple[str, ...]:
     found = []
     left_out = [key for key in water.left_out if not deaf.get(key, False)]
     if left_out:
-        found.append(f"{', '.join(left_out)}: left out, the fit takes the water to be at rest under a flat surface")
+        found.append(f"{', '.join(left_out)}: left out, the fit has a flat surface, no wind, uniform currents")
     if water.ground and model.feels_planes:
         found.append(
             f"the vehicle feels ground and walls, and the world is of the type {water.ground}: they are taken to be far"

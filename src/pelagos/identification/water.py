@@ -1,4 +1,4 @@
-"""Water of a fit: at rest under a flat surface, over level ground, as the scenario has it."""
+"""Water of a fit: under a flat surface, in uniform currents, over level ground, as the scenario has it."""
 
 from __future__ import annotations
 

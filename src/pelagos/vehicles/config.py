@@ -17,7 +17,14 @@ from pelagos.vehicles.actuators.t200 import BatteryConfig, T200Config
 from pelagos.vehicles.afloat_config import AfloatConfig
 from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.flow import CurrentRotation
-from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig, added_mass_matrix, mass_and_inertia
+from pelagos.vehicles.inertia import (
+    AddedMassConfig,
+    ClarkeAddedMass,
+    CoriolisConfig,
+    MassConfig,
+    added_mass_matrix,
+    mass_and_inertia,
+)
 from pelagos.vehicles.interaction import InteractionConfig, build_interaction
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
@@ -143,7 +150,7 @@ class VehicleConfig(PartConfig):
                 hint = did_you_mean(name, self.terms)
                 raise ValueError(f"calm_damping: {name!r} is none of the terms {', '.join(self.terms)}{hint}")
         _check_density(self)
-        _check_coriolis(self)
+        _check_clarke(self)
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:
@@ -240,17 +247,24 @@ def _check_density(config: VehicleConfig) -> None:
             )
 
 
-def _check_coriolis(config: VehicleConfig) -> None:
-    """Refuse Coriolis forces of the added mass beside terms that contain them.
+def _check_clarke(config: VehicleConfig) -> None:
+    """Refuse Coriolis forces of the added mass beside terms that contain them, and added mass of another draught.
 
     Raises:
         ValueError: names the term.
     """
+    added = config.added_mass
     for name, term in config.terms.items():
-        if isinstance(term, ClarkeConfig) and config.coriolis.added != "none":
+        if not isinstance(term, ClarkeConfig):
+            continue
+        if config.coriolis.added != "none":
             raise ValueError(
                 f"the derivatives of {name!r} contain the Coriolis forces of the added mass: coriolis: {{added: none}} "
                 "goes with them"
+            )
+        if isinstance(added, ClarkeAddedMass) and added.draught_m != term.draught_m:
+            raise ValueError(
+                f"{name!r} has draught_m {term.draught_m:g} and added_mass {added.draught_m:g}: a ship has one draught"
             )
 
 

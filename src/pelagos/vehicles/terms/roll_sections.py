@@ -118,7 +118,7 @@ def _without_fine_ends(found: Sequence[RollSection]) -> tuple[RollSection, ...]:
     """Sections without those at either end that are too fine for a Lewis form.
 
     Raises:
-        InputError: others are, or these hold more than a twentieth of the volume.
+        InputError: these hold more than a twentieth of the volume.
     """
     fits = [s.fullness >= fullness_range(s.ratio)[0] for s in found]
     first = fits.index(True) if True in fits else len(fits)
@@ -127,7 +127,7 @@ def _without_fine_ends(found: Sequence[RollSection]) -> tuple[RollSection, ...]:
     if lost > _ENDS:
         raise InputError(
             f"roll_damping: {lost:.0%} of the hull's volume is in sections at its ends that are finer than any Lewis "
-            f"form, more than {_ENDS:.0%}: Ikeda's eddies are not for this hull"
+            f"form, more than {_ENDS:.0%}: give sections as a table, or draught_m, block and midship"
         )
     return tuple(found[first:last])
 
