@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.cross_code.test_vehicle_mss import table
+from test_vehicle_mss import table
 
 import pelagos as pl
 from pelagos.errors import ScenarioError
