@@ -501,7 +501,7 @@ def test_velocities_that_are_not_slopes_of_their_pose_are_told(columns, said):
 def test_a_shot_of_less_than_two_steps_is_refused():
     plan = load_plan({**PLAN, "segment_s": 0.05})
     with pytest.raises(InputError, match=r"segment_s: 0\.05 s is less than 2 steps of 0\.05 s"):
-        cut_shots(read_record(table(), plan), plan)
+        cut_shots(read_record(table(), plan), plan, 3.0)
 
 
 def test_every_unit_is_its_definition():

@@ -13,7 +13,7 @@ from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.doubts import doubts_of_water
 from pelagos.identification.fit import open_loop, shooter_of
 from pelagos.identification.parameters import Family, parameters_of
-from pelagos.identification.preroll import doubts_of_preroll, settling_s, with_preroll
+from pelagos.identification.preroll import doubts_of_preroll, preroll_of, settling_s
 from pelagos.identification.problem import moved
 from pelagos.identification.shots import Shots
 from pelagos.identification.water import depth_told, water_of
@@ -252,15 +252,15 @@ def test_actuators_have_as_long_as_they_take():
     assert found["moving_mass"] == pytest.approx(20.0)
     assert found["buoyancy_engine"] == pytest.approx(5e-4 / 2.4e-5, rel=1e-9)
     assert found["rudder"] == pytest.approx(np.log(100) * 0.3)
-    assert with_preroll(plan, model).preroll_s == pytest.approx(5e-4 / 2.4e-5, rel=1e-9)
-    assert with_preroll(plan, pl.Vehicle.from_dict(BOAT).model).preroll_s == 3.0
+    assert preroll_of(plan, model) == pytest.approx(5e-4 / 2.4e-5, rel=1e-9)
+    assert preroll_of(plan, pl.Vehicle.from_dict(BOAT).model) == 3.0
     short = plan.model_copy(update={"preroll_s": 10.0})
-    assert with_preroll(short, model).preroll_s == 10.0
-    (text,) = doubts_of_preroll(short, model)
+    assert preroll_of(short, model) == 10.0
+    (text,) = doubts_of_preroll(10.0, model)
     assert text.startswith(
         "buoyancy_engine, moving_mass: up to 20.8 s from a command to the state, longer than preroll_s 10"
     )
-    assert doubts_of_preroll(plan, model) == ()
+    assert doubts_of_preroll(preroll_of(plan, model), model) == ()
 
 
 def test_coefficients_that_a_term_keeps_as_configured_are_parameters():

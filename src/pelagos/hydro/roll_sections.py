@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from pelagos.errors import InputError
 from pelagos.hydro.bilge_keel import Bilge, keel_force_damping, keel_pressure_damping
-from pelagos.hydro.lewis import LewisForm, fullness_range, lewis_form
+from pelagos.hydro.lewis import LewisForm, lewis_form
 from pelagos.hydro.roll_damping import VISCOSITY
 from pelagos.hydro.section import section_radiation
 from pelagos.jit import Array
@@ -203,13 +203,10 @@ def form_of(section: RollSection) -> LewisForm:
     Raises:
         InputError: the section has none.
     """
-    low, high = fullness_range(section.ratio)
-    if not low <= section.fullness <= min(high, 1.0):
-        raise InputError(
-            f"{section.name} has an area coefficient of {section.fullness:.4g}; for half a beam of "
-            f"{section.ratio:.3g} draughts a Lewis form has {low:.3g} to {min(high, 1.0):.3g}: leave this section out"
-        )
-    return lewis_form(section.beam, section.draught, section.area)
+    try:
+        return lewis_form(section.beam, section.draught, section.area)
+    except InputError as error:
+        raise InputError(f"{section.name}: {error}: leave this section out") from None
 
 
 def eddy_moment(ship: RollSections) -> float:
@@ -226,7 +223,7 @@ def eddy_coefficient(section: RollSection, depth_of_axis: float) -> float:
         InputError: the section has no Lewis form, or none below the roll axis.
     """
     d, below, full = section.draught, depth_of_axis / section.draught, section.fullness
-    form_of(section)
+    form_of(section)  # the whole section must have a form, not only its part below the axis
     under = section.below(depth_of_axis)
     form = form_of(under)
     distance, angle = _farthest(form)

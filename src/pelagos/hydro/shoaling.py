@@ -12,15 +12,15 @@ from pelagos.hydro.algebra import Matrix, Vector, add, dot, matvec, mul, scaled
 from pelagos.jit import Array
 
 
-def shoaling_wrench(slope: Matrix, nu: Vector, gradient: Vector, deepening: Array) -> list[Array]:
+def shoaling_wrench(mass_by_depth: Matrix, nu: Vector, gradient: Vector, deepening: Array) -> list[Array]:
     """Force and moment (6) [N], [N m].
 
     Args:
-        slope: dM_A/dh `(6, 6)` [kg/m], [kg], [kg m].
+        mass_by_depth: dM_A/dh `(6, 6)` [kg/m], [kg], [kg m].
         nu: velocity relative to the water (6) [m/s], [rad/s].
         gradient: of the depth by the place, horizontal, in body axes (3) [-].
         deepening: dh/dt along the way over ground [m/s].
     """
-    momentum = matvec(slope, nu)
+    momentum = matvec(mass_by_depth, nu)
     along = scaled(mul(0.5, dot(nu, momentum)), gradient)
     return add([*along, 0.0, 0.0, 0.0], scaled(-1.0 * deepening, momentum))

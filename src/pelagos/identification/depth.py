@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import drjit as dr
 
@@ -14,6 +14,9 @@ from pelagos.vehicles.integrate import Rigid
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.vehicles.wetness import Floating, shares_of
+
+if TYPE_CHECKING:
+    from pelagos.identification.water import Surroundings
 
 
 def deep_model(model: Model) -> Model | None:
@@ -27,7 +30,7 @@ def deep_model(model: Model) -> Model | None:
     return replace(model, wetting=None)
 
 
-def near_surface(vehicle: Vehicle, x: list[Array], around: Any, within: Array) -> Array:
+def near_surface(vehicle: Vehicle, x: list[Array], around: Surroundings, within: Array) -> Array:
     """1 where a vehicle in the state `x` (see `shots`) feels the surface, now or within a time [s]; 0 elsewhere."""
     rigid = Rigid(list(x[0:3]), jit.Array4f64(*x[3:7]), list(x[7:13]))
     flow = vehicle.flow(rigid, around.ocean, jit.Float64(0.0), around.tables)

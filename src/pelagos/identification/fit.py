@@ -19,7 +19,7 @@ from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
-from pelagos.identification.preroll import doubts_of_preroll, with_preroll
+from pelagos.identification.preroll import doubts_of_preroll, preroll_of
 from pelagos.identification.problem import (
     Problem,
     cut_shots,
@@ -69,7 +69,7 @@ class Estimate:
 
     @property
     def said(self) -> str:
-        """Whether it is identified, in words."""
+        """Verdict on its identification, in words."""
         if not self.felt:
             return "no: without influence"
         return "at its bound" if self.bounded else "yes" if self.identified else "no: mostly the prior"
@@ -172,10 +172,10 @@ def fit(
     parameters = parameters_of(plan.parameters, data, water.outside)
     family = Family(_calm(data, plan), parameters, water.outside)
     depth_told(record, family.model)
-    plan = with_preroll(plan, family.model)
-    doubtful = _doubted_before(record, family.model, plan, water)
+    preroll_s = preroll_of(plan, family.model)
+    doubtful = _doubted_before(record, family.model, preroll_s, water)
     shooter = shooter_of(family, record, water)
-    all_shots, joined = cut_shots(record, plan)
+    all_shots, joined = cut_shots(record, plan, preroll_s)
     shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
     count = max(1, round(plan.train * len(all_shots)))
     names = plan.fit_to or tuple(n for n in COORDINATES if n in plan.columns)
@@ -231,8 +231,8 @@ def _narrowed(estimates: tuple[Estimate, ...]) -> None:
         )
 
 
-def _doubted_before(record: Record, model: Model, plan: Plan, water: Water) -> tuple[str, ...]:
-    found = (*doubts_of_commands(record, model), *doubts_of_preroll(plan, model), *doubts_of_water(water, model))
+def _doubted_before(record: Record, model: Model, preroll_s: float, water: Water) -> tuple[str, ...]:
+    found = (*doubts_of_commands(record, model), *doubts_of_preroll(preroll_s, model), *doubts_of_water(water, model))
     for text in found:
         warnings.warn(text, PelagosWarning, stacklevel=3)
     return found
@@ -269,9 +269,8 @@ def open_loop(
             raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
     family = Family(_calm(data, plan), given, water.outside)
     depth_told(record, family.model)
-    plan = with_preroll(plan, family.model)
     shooter = shooter_of(family, record, water)
-    shots, _ = cut_shots(record, plan)
+    shots, _ = cut_shots(record, plan, preroll_of(plan, family.model))
     shooter.divide(finite_substeps(shooter, family, shots, plan.substeps))
     at = np.array([p.prior for p in given])
     seen, _ = shooter.play(shots, family.compiled_values(at), [], tangents=False)

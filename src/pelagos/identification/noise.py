@@ -31,7 +31,7 @@ _UNLIKE: Final = 0.5
 curve is known to a tenth."""
 _KNOWN: Final = 50  # clusters that know the curve to a tenth (IEEE Std 952-1997, equation C.20)
 _OUTLIER: Final = 30.0  # of the median change from sample to sample: normal noise changes by 7 of it once in 1e6
-_LONG_S: Final = 60.0  # between samples: of a clock in another unit
+_LONG_S: Final = 5.0  # between samples: of a slow sensor, or of a clock in another unit
 _ZEROS: Final = 0.005  # share of pings
 _STRAY: Final = 10.0  # standard deviations
 _UNEVEN: Final = 0.02
@@ -107,7 +107,8 @@ def even_rate(time: Floats) -> float:
             raise InputError(f"times {words}: row {rows} ({int(wrong.sum())} such)")
     middle = float(np.median(step))
     if middle > _LONG_S:
-        raise InputError(f"samples are {middle:.4g} s apart; is the time in ms, us or ns? Give seconds")
+        text = f"samples are {middle:.4g} s apart: if the time is in ms, us or ns, give seconds, or --time-unit"
+        warnings.warn(text, PelagosWarning, stacklevel=2)
     off = np.abs(step - middle) > max(0.5 * middle, 1e-9)
     if off.any() or abs(float(step.mean()) / middle - 1) > _UNEVEN:
         k = int(np.argmax(np.abs(step - middle)))

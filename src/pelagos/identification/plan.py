@@ -18,7 +18,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
 SHORTEST_PREROLL_S: Final = 3.0
-"""How long before a shot its actuators begin to follow their commands at least, where a plan says nothing [s]."""
+"""Least time before a shot from which its actuators follow their commands, where a plan says nothing [s]."""
 UNIT_SCALES: Final[dict[str, float]] = {
     "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01,
     "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600, "rad/s": 1.0, "deg/s": 3.141592653589793 / 180, "s": 1.0,
@@ -159,7 +159,7 @@ class Plan(_Strict):
     segment_s: Positive = 15.0
     """Length of a shot [s]: each begins anew, at a state that is found with the parameters."""
     preroll_s: Positive | None = None
-    """How long before a shot its actuators begin to follow their commands [s]; left out: 3, or as long as the slowest
+    """Time before a shot from which its actuators follow their commands [s]; left out: 3, or as long as the slowest
     actuator takes to within a hundredth of its command."""
     train: Annotated[float, Field(gt=0, le=1)] = 0.7
     """Share of the shots that are fitted; the last ones are for the test."""

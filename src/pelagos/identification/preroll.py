@@ -24,20 +24,19 @@ def settling_s(model: Model) -> dict[str, float]:
     return found
 
 
-def with_preroll(plan: Plan, model: Model) -> Plan:
-    """The plan with a time before each shot: its own, or as long as the slowest actuator takes."""
+def preroll_of(plan: Plan, model: Model) -> float:
+    """Time before each shot [s]: the plan's, or as long as the slowest actuator takes."""
     if plan.preroll_s is not None:
-        return plan
-    return plan.model_copy(update={"preroll_s": max(SHORTEST_PREROLL_S, *settling_s(model).values(), 0.0)})
+        return plan.preroll_s
+    return max([SHORTEST_PREROLL_S, *settling_s(model).values()])
 
 
-def doubts_of_preroll(plan: Plan, model: Model) -> tuple[str, ...]:
-    """Actuators that take longer to their commands than the plan gives them."""
-    given = math.inf if plan.preroll_s is None else plan.preroll_s
-    slow = {name: t for name, t in settling_s(model).items() if t > given}
+def doubts_of_preroll(preroll_s: float, model: Model) -> tuple[str, ...]:
+    """Actuators that take longer to their commands than they are given."""
+    slow = {name: t for name, t in settling_s(model).items() if t > preroll_s}
     if not slow:
         return ()
     return (
         f"{', '.join(slow)}: up to {max(slow.values()):.3g} s from a command to the state, longer than preroll_s "
-        f"{given:g}, so that shots begin with another one: give more, or leave it out",
+        f"{preroll_s:g}, so that shots begin with another one: give more, or leave it out",
     )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pelagos.errors import InputError
 from pelagos.identification.coordinates import ANGLES, COORDINATES, START_SPREAD, number
 from pelagos.identification.parameters import Family
-from pelagos.identification.plan import SHORTEST_PREROLL_S, Plan
+from pelagos.identification.plan import Plan
 from pelagos.identification.record import Record
 from pelagos.identification.shots import Shooter, Shots, turned
 
@@ -93,8 +93,12 @@ def hidden_coordinates(record: Record, shooter: Shooter, family: Family, shots: 
     return [k for k, e in zip(unknown, effect, strict=True) if e > _FELT]
 
 
-def cut_shots(record: Record, plan: Plan) -> tuple[Shots, list[bool]]:
+def cut_shots(record: Record, plan: Plan, preroll_s: float) -> tuple[Shots, list[bool]]:
     """Shots one after the other through every stretch, and whether each goes on where the one before it ends.
+
+    Args:
+        record, plan: what is cut, and the length of shots.
+        preroll_s: see `preroll_of`.
 
     Raises:
         InputError: no stretch is as long as a shot.
@@ -116,7 +120,7 @@ def cut_shots(record: Record, plan: Plan) -> tuple[Shots, list[bool]]:
         raise InputError(
             f"the longest stretch without a hole is {longest:.3g} s, shorter than segment_s {plan.segment_s:g}"
         )
-    return shots_at(record, np.array(starts), steps, plan.preroll_s or SHORTEST_PREROLL_S), joined
+    return shots_at(record, np.array(starts), steps, preroll_s), joined
 
 
 def shots_at(record: Record, starts: NDArray[np.int64], steps: int, preroll_s: float) -> Shots:

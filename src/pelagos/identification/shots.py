@@ -109,7 +109,7 @@ class Shooter:
             assert deep is not None
             return _step(vehicle.with_model(deep), x, constants[c:], given, step, around)
 
-        def look(x: list[Array], constants: list[Array], step: Array, around: Any) -> Array:
+        def near(x: list[Array], constants: list[Array], step: Array, around: Any) -> Array:
             return near_surface(vehicle.with_model(numbered(constants[: len(places)])), x, around, step)
 
         def follow(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
@@ -118,7 +118,7 @@ class Shooter:
 
         self._advance, self._follow = _recorded(advance), _recorded(follow)
         self._deep = None if deep_model(model) is None else _recorded(deeply)
-        self._look = jit.freeze(look)
+        self._is_near = jit.freeze(near)
         self._see, self._see_tangent = _recorded(_seen_step)
 
     def divide(self, substeps: int) -> None:
@@ -177,7 +177,7 @@ class Shooter:
         return out, values[:, len(COORDINATES) :, :, : p + len(free)] if tangents else None
 
     def _near(self, shots: Shots, compiled: Compiled) -> bool:
-        """Whether any shot feels the surface."""
+        """True if any shot feels the surface."""
         numbers = [jit.Float64(float(v)) for v in (*compiled.values, *compiled.outside)]
         x = [jit.Float64(column) for column in self._start(shots, compiled)]
         row, step = jit.Int32(shots.starts), dr.opaque(jit.Float64, self._grid_s)
@@ -185,7 +185,7 @@ class Shooter:
         dr.make_opaque(numbers, x, row, near)
         x, _ = self._roll_actuators(shots, x, [], numbers, [], row, 1)
         for k in range(shots.steps + 1):
-            near = dr.maximum(near, self._look(x, numbers, step, self._around))
+            near = dr.maximum(near, self._is_near(x, numbers, step, self._around))
             dr.eval(near)
             if k < shots.steps:
                 given = self._given(row)

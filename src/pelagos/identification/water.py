@@ -20,7 +20,7 @@ from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.ocean.current import UniformCurrentConfig, components
 from pelagos.ocean.ocean import Ocean
 from pelagos.ocean.wind import WindConfig
-from pelagos.sim.boundaries import reaches_m
+from pelagos.sim.boundaries import reach_below_m
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.vehicle import Vehicle
@@ -72,7 +72,7 @@ class Water:
         depth = reach = None
         if self.depth is not None and vehicle.model.feels_planes:
             depth = dr.opaque(jit.Float64, self.depth)
-            reach = dr.opaque(jit.Float64, reaches_m(vehicle)[0])
+            reach = dr.opaque(jit.Float64, reach_below_m(vehicle))
         return jit.without_constants(Surroundings(self.ocean, vehicle.tables, depth, reach))
 
 
@@ -105,8 +105,8 @@ def _currents(given: OceanConfig) -> tuple[tuple[float, float], list[str]]:
     left_out = []
     for k, current in enumerate(given.currents):
         if isinstance(current, UniformCurrentConfig) and current.up_mps == 0:
-            ahead, west = components(current.speed_mps, current.towards_deg)
-            north, east = north + ahead, east - west
+            northward, westward = components(current.speed_mps, current.towards_deg)
+            north, east = north + northward, east - westward
         else:
             left_out.append(f"ocean.currents[{k}]")
     return (north, east), left_out

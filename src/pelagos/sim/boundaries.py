@@ -18,8 +18,8 @@ from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.sim.batch import Batch
 from pelagos.sim.model import Model
 from pelagos.sim.set_points import vectors
-from pelagos.vehicles.flow import LEVEL
-from pelagos.vehicles.nearby import FAR_M, Walls
+from pelagos.vehicles.flow import FAR_M, LEVEL
+from pelagos.vehicles.nearby import Walls
 from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -56,15 +56,20 @@ class Boundaries:
         return call(position, attitude, *arguments)
 
     def _build(self, batch: Batch) -> tuple[Callable[..., Walls], tuple[Any, ...]]:
-        below, beside = (dr.opaque(jit.Float, reach) for reach in reaches_m(batch.vehicle))
+        below, beside = (dr.opaque(jit.Float, reach(batch.vehicle)) for reach in (reach_below_m, reach_beside_m))
         return self._model.scene.compile(_look(batch.rows)), (below, beside)
 
 
-def reaches_m(vehicle: Vehicle) -> tuple[float, float]:
-    """Distances from which a vehicle feels ground below and walls beside it [m]."""
-    near = _LENGTHS * vehicle.config.length_m
+def reach_beside_m(vehicle: Vehicle) -> float:
+    """Distance from which a vehicle feels walls beside it [m]."""
+    return _LENGTHS * vehicle.config.length_m
+
+
+def reach_below_m(vehicle: Vehicle) -> float:
+    """Distance from which it feels the ground below it [m]: by images as walls, by the depth of water from anywhere."""
     by_images = any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
-    return near if by_images else max(near, _DEEPEST_M), near
+    beside = reach_beside_m(vehicle)
+    return beside if by_images else max(beside, _DEEPEST_M)
 
 
 def _look(n: int) -> Callable[..., Walls]:

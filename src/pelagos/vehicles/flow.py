@@ -14,7 +14,8 @@ from pelagos.jit import Array
 from pelagos.vehicles.wetness import Wetness
 
 CurrentRotation: TypeAlias = Literal["attitude", "heading"]
-_FAR_M: Final = 1e6
+FAR_M: Final = 1e6
+"""Distance of what is not there [m]."""
 LEVEL: Final = 0.5
 """Part of a unit normal upwards, from which on a plane is ground: what is steeper than 60 degrees is a wall."""
 
@@ -100,26 +101,27 @@ class Flow:
         """Of the water at the vehicle, from its surface to the nearest ground among the planes [m]; far where there is
         none.
         """
-        depth: Array = _FAR_M
-        for plane in self.planes:
-            up = -1.0 * dot(plane.normal, self.down)
-            below = plane.distance / dr.maximum(up, LEVEL) + self.immersion
-            depth = dr.minimum(depth, dr.select(up > LEVEL, below, _FAR_M))
-        return depth
+        return self._ground[0]
 
     @property
-    def deepening(self) -> list[Array]:
+    def depth_gradient(self) -> list[Array]:
         """Slope of `depth` by the place over ground, horizontal, body axes (3) [-]; 0 where no ground is near."""
-        depth: Array = _FAR_M
-        slope: list[Array] = [0.0] * 3
+        return self._ground[1]
+
+    @property
+    def _ground(self) -> tuple[Array, list[Array]]:
+        """`depth` and its gradient; what nobody asks for is not computed."""
+        depth: Array = FAR_M
+        gradient: list[Array] = [0.0] * 3
         for plane in self.planes:
             up = -1.0 * dot(plane.normal, self.down)
             flat = dr.maximum(up, LEVEL)
             below = plane.distance / flat + self.immersion
             nearer = (up > LEVEL) & (below < depth)
             depth = dr.select(nearer, below, depth)
-            slope = [dr.select(nearer, n / flat + d, s) for n, d, s in zip(plane.normal, self.down, slope, strict=True)]
-        return slope
+            slopes = (n / flat + d for n, d in zip(plane.normal, self.down, strict=True))
+            gradient = [dr.select(nearer, new, old) for new, old in zip(slopes, gradient, strict=True)]
+        return depth, gradient
 
     @property
     def down(self) -> list[Array]:

@@ -118,11 +118,11 @@ class ClarkeAddedMass(PartConfig):
     draught_m: Positive
     """[m]; length, beam and displaced volume are the vehicle's."""
     heave_kg: NonNegative
-    """Which the formulas do not give [kg]."""
+    """Not given by the formulas [kg]."""
     roll_kg_m2: NonNegative
-    """Which the formulas do not give [kg m^2]."""
+    """Not given by the formulas [kg m^2]."""
     pitch_kg_m2: NonNegative
-    """Which the formulas do not give [kg m^2]."""
+    """Not given by the formulas [kg m^2]."""
 
     @property
     def measured(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeGuard
+from typing import Any, Protocol, TypeGuard
 
 import drjit as dr
 
@@ -14,12 +14,7 @@ from pelagos.hydro.images import Plane
 from pelagos.hydro.shallow_water import SHALLOWEST
 from pelagos.hydro.shoaling import shoaling_wrench
 from pelagos.jit import Array
-
-if TYPE_CHECKING:
-    from pelagos.vehicles.flow import Flow
-
-FAR_M: Final = 1e6
-"""Distance of what is not there [m]."""
+from pelagos.vehicles.flow import FAR_M, Flow
 
 
 class Image(Protocol):
@@ -73,10 +68,10 @@ class GroundMass:
         return [[mul(share, x) if row == column else 0.0 for column in range(6)] for row, x in enumerate(self.growth)]
 
 
-def shoaling(slope: Matrix, flow: Flow) -> list[Array]:
-    """Force and moment (6) of added mass that has the `slope` dM_A/dh `(6, 6)` where the depth changes on the way."""
-    deepening = flow.deepening
-    return shoaling_wrench(slope, flow.nu_c, deepening, dot(deepening, flow.nu[:3]))
+def shoaling(mass_by_depth: Matrix, flow: Flow) -> list[Array]:
+    """Force and moment (6) where the depth changes on the way, of added mass with the slope dM_A/dh `(6, 6)`."""
+    gradient = flow.depth_gradient
+    return shoaling_wrench(mass_by_depth, flow.nu_c, gradient, dot(gradient, flow.nu[:3]))
 
 
 @jit.struct

@@ -71,7 +71,7 @@ class RollDampingConfig(PartConfig):
             raise InputError("roll_damping is for hulls that float: gravity_m_s2 of this one is 0")
         frequency = float(np.sqrt(stiffness / inertia))
         keels = self.keel_length_m, self.keel_breadth_m, self.keel_middle_m
-        _check(self._keel_ranges(body), "give linear_damping and quadratic_damping instead")
+        _check(self._keel_ranges(body), "bilge keels were tested", "give linear_damping and quadratic_damping instead")
         if self.sections is not None:
             sections = hull_sections(body) if self.sections == "hull" else self.sections.sections()
             ship = ship_of(sections, body, self.gravity_depth_m, keels)
@@ -85,6 +85,7 @@ class RollDampingConfig(PartConfig):
                 ("gravity_depth_m over draught_m", self.gravity_depth_m / self.draught_m, -1.5, 0.2),
                 ("natural frequency of roll times sqrt(B/2g)", frequency * (body.beam / 2 / body.gravity) ** 0.5, 0, 1),
             ),
+            "the formula was fitted",
             "give sections, or linear_damping and quadratic_damping instead",
         )
         form = RollForm(
@@ -102,20 +103,18 @@ class RollDampingConfig(PartConfig):
 
 
 Range: TypeAlias = tuple[str, float, float, float]
-"""Name, value, and the least and largest that were fitted."""
+"""Name, value, and the least and largest that it may have."""
 
 
-def _check(ranges: Iterable[Range], instead: str) -> None:
-    """Refuse a form beyond what was fitted.
+def _check(ranges: Iterable[Range], source: str, instead: str) -> None:
+    """Refuse a form beyond what was fitted or tested.
 
     Raises:
         InputError: names the number, its value and its range.
     """
     for name, value, low, high in ranges:
         if not low <= value <= high:
-            raise InputError(
-                f"roll_damping: {name} is {value:.3g}; the formula was fitted for {low:g} to {high:g}: {instead}"
-            )
+            raise InputError(f"roll_damping: {name} is {value:.3g}; {source} for {low:g} to {high:g}: {instead}")
 
 
 @dataclass(frozen=True)

@@ -134,10 +134,13 @@ class Emitter:
     def hears_from(self, direction: Sequence[float], motion: Kinematics) -> Array:
         """One-way power pattern of its beams in a direction of the sensor frame, lanes by beams: of a head that turns,
         as the head stands."""
-        towards = np.tile(np.asarray(direction, dtype=np.float64), (dr.width(motion.position), 1))
-        if self.angle is not None:
-            towards = headed(towards, self.angle(np.array(motion.tick).astype(np.int64)))
-        pattern = jit.Float(self.apertures.power(towards).astype(np.float32).ravel())
+        towards, lanes = np.asarray([direction], dtype=np.float64), dr.width(motion.position)
+        if self.angle is None:
+            power = np.tile(self.apertures.power(towards), (lanes, 1))
+        else:
+            angle = self.angle(np.array(motion.tick).astype(np.int64))
+            power = self.apertures.power(headed(np.tile(towards, (lanes, 1)), angle))
+        pattern = jit.Float(power.astype(np.float32).ravel())
         dr.make_opaque(pattern)
         return pattern
 
