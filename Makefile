@@ -71,6 +71,7 @@ mutants: venv llvm ## Put a thousand mistakes into copies of the source and see 
 	$(BIN)/python scripts/mutants $(LAYERS)
 
 mutants-map: venv llvm ## Write down which test runs which line, for mutants-fresh: some 20 minutes
+	@mkdir -p build
 	COVERAGE_FILE=build/tests_by_line.coverage $(BIN)/python -m pytest -n 2 -m "not slow" --cov=pelagos --cov-context=test --cov-report= \
 	    --durations=0 -vv > build/tests_by_line.txt
 
