@@ -1,4 +1,4 @@
-"""No world tells port from starboard but by its sign: what is placed, moves, rises or is dug across lies on the other side.
+"""No world tells port from starboard but by its sign: what is placed, moves or rises across lies on the other side.
 
 Ground, things of every shape on sloping ground, movers on every path and graded, sloped or rippled beds, then all of it
 in the mirror; what is drawn from a seed has no image and is left out.
