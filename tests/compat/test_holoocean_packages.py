@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -167,8 +168,11 @@ def test_versions_share_worlds_from_2_1_on():
     assert [packagemanager.set_world_version(v) for v in given] == ["2.0.1", "2.1.0", "2.3.0", "develop"]
 
 
-def test_helpers(tmp_path):
+def test_helpers(tmp_path, monkeypatch):
     assert util.get_holoocean_path() == str(tmp_path / util.VERSION)
+    monkeypatch.setenv("HOLODECKPATH", "")  # counts as none
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert Path(util.get_holoocean_path()) == tmp_path / "home" / ".local" / "share" / "holoocean" / util.VERSION
     assert util.human_readable_size(1536) == "1.5 KB"
     assert util.human_readable_size(12) == "12.0 B"
     assert util.convert_unicode({"a": 1}) == {"a": 1}

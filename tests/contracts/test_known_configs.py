@@ -304,6 +304,9 @@ def test_draws_grids_units_and_limits() -> None:
         ("x", "3 m"),
         ("range_m", "1e2 CM"),
         ("range_m", "1.2.3 m"),
+        ("range_m", "1e400 ft"),
+        ("rate_hz", "5 mHz"),
+        ("rate_hz", "5 MHz"),
     ]
     schema: dict[str, Any] = {
         "properties": {

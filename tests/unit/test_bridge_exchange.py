@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from scipy.spatial.transform import Rotation
 
 import pelagos as pl
 from pelagos.bridges.clerk import MOST, Clerk
@@ -361,6 +362,21 @@ def test_names_of_bodies_are_one_each_and_can_be_printed(sim: pl.Simulation) -> 
     exchange, transport = exchange_of(sim, realtime=1.0)
     talk(exchange, transport, script, seconds=60.0)
     sim.reset()
+
+
+def test_the_twist_of_a_body_is_in_its_own_axes(sim: pl.Simulation) -> None:
+    sim.reset()
+    turn = Rotation.from_euler("ZYX", [70.0, -20.0, 35.0], degrees=True)
+    x, y, z, w = turn.as_quat()
+    drum = sim.spawn(pl.Prop("cylinder", position=(4.0, -3.0, -2.0), attitude=(w, x, y, z)), name="drum")
+    velocity, spin = np.array([0.4, -0.7, 0.2]), np.array([0.1, 0.3, -0.5])
+    drum.move(velocity=velocity, angular_velocity=spin)
+    exchange, transport = exchange_of(sim)
+    exchange.do = lambda action: action() or True  # type: ignore[method-assign]
+    state = Peer(exchange, transport).call("/pelagos/get_entity_state", SI + "GetEntityState", entity="drum").state
+    told = [[getattr(v, c) for c in "xyz"] for v in (state.twist.linear, state.twist.angular)]
+    np.testing.assert_allclose(told, turn.inv().apply([velocity, spin]), atol=1e-12)
+    drum.remove()
 
 
 def test_a_state_that_is_not_reached_in_time_is_no_missing_entity(

@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
 from test_record_file import DT_NS, recorder, write
 
 from pelagos.errors import RecordingError, RecordingWarning
@@ -141,6 +142,20 @@ def test_flipped_bits(original: bytes, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_thousand_flipped_bits(original: bytes, tmp_path: Path) -> None:
     flips(original, tmp_path, 1000)
+
+
+@pytest.mark.parametrize("chunked", [False, True])
+def test_a_channel_without_a_declaration_is_told_of_once(tmp_path: Path, *, chunked: bool) -> None:
+    path = tmp_path / "others.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, use_chunking=chunked, chunk_size=40)
+        writer.start()
+        for k in range(5):
+            writer.add_message(7, log_time=k, publish_time=k, data=b"with nobody's schema", sequence=k)
+        writer.finish()
+    path.write_bytes(path.read_bytes()[:-10])  # a file without its end
+    damage = recover(path, tmp_path / "mended.mcap").damage
+    assert [d.what for d in damage if "channel 7" in d.what] == ["channel 7, whose declaration is lost"]
 
 
 def test_a_recording_that_another_process_cuts_ends_at_once(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pelagos as pl
 from pelagos.cli.main import main
 from pelagos.config.loader import load_scenario
 from pelagos.errors import InputError
-from pelagos.sim.cost import check_memory, cost_of, parsed_size
+from pelagos.sim.cost import check_memory, cost_of, parsed_size, size
 
 BARE: dict[str, Any] = {"world": {"type": "flat", "depth_m": 30}, "agents": {"auv0": {"vehicle": "remus100"}}}
 
@@ -62,6 +62,14 @@ def test_memory_grows_with_copies_and_rays() -> None:
 @pytest.mark.parametrize(("text", "count"), [("8G", 8e9), ("500MB", 5e8), ("2e9", 2e9), (" 1.5t", 1.5e12)])
 def test_sizes_are_read(text: str, count: float) -> None:
     assert parsed_size(text) == count
+
+
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [(9.994e8, "999 MB"), (9.996e8, "1 GB"), (9.996e11, "1 TB"), (2.345e12, "2.35 TB"), (1.2e4, "0.012 MB")],
+)
+def test_sizes_are_told_in_three_digits(count: float, text: str) -> None:
+    assert size(count) == text
 
 
 @pytest.mark.parametrize("text", ["", "many", "-3G", "0", "nan"])

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import netCDF4
 import numpy as np
 import pytest
 
 from pelagos.errors import WorldError
+from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.build import build_world, world_config
-from pelagos.world.large.large import _inset_source
+from pelagos.world.large.large import LargeConfig, _inset_source
+from pelagos.world.large.survey import survey_source
 
 SMALL = {"type": "large", "size_m": [4000, 3000], "resolution_m": 10.0}
 
@@ -69,6 +72,25 @@ def test_a_survey_is_ground_too():
     )
     x, y = np.meshgrid(np.arange(-1500, 1500, 110.0), np.arange(-1000, 1000, 130.0))
     np.testing.assert_allclose(world.height(x, y), again.height(x, y), atol=1e-6)
+
+
+@pytest.mark.parametrize("south", [False, True])
+def test_a_survey_is_read_as_far_as_the_worlds_bent_edges_go(south, tmp_path):
+    """At 60 degrees the middle of an edge of 200 km lies y^2 tan(lat) / 2R = 1.4 km nearer the pole than its ends."""
+    sign = -1.0 if south else 1.0
+    lat, lon = sign * np.arange(59.0, 61.0, 0.002), np.arange(11.0, 15.5, 0.02)
+    lat = lat[::-1] if south else lat
+    with netCDF4.Dataset(tmp_path / "a.nc", "w") as data:
+        for name, values in (("lat", lat), ("lon", lon)):
+            data.createDimension(name, len(values))
+            data.createVariable(name, "f8", (name,))[:] = values
+        data.createVariable("elevation", "f8", ("lat", "lon"))[:] = -100 + 40 * np.abs(lat[:, None]) + 0 * lon[None, :]
+    origin = GeoOrigin(sign * 60.0, 13.2)
+    ground = LargeConfig(ground={"kind": "survey", "path": str(tmp_path / "a.nc")}, size_m=(2e5, 2e5)).ground
+    source = survey_source(ground, origin, x0=-1e5, y0=-1e5, cells=(200, 200), spacing=1000.0)
+    x, y = np.meshgrid([-1e5, -99.3e3, 99.3e3, 1e5], [-1e5, -47e3, 0.0, 33e3, 1e5])
+    expected = -100 + 40 * np.abs(origin.to_latlon(x, y)[0])
+    np.testing.assert_allclose(source.heights(x, y), expected, atol=1e-6)
 
 
 @pytest.mark.parametrize(

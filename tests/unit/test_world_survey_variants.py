@@ -92,6 +92,26 @@ def test_nodes_of_a_triangulated_model_are_soundings(tmp_path):
     assert any("900 soundings" in n for n in world.notes)
 
 
+@pytest.mark.parametrize("order", [("y", "x"), ("x", "y"), ("t", "x", "y")])
+def test_a_curved_grid_is_read_whatever_the_order_of_its_dimensions(order, tmp_path):
+    """Latitude and longitude on rows and columns that are turned by 20 degrees and bent."""
+    down, across = np.meshgrid(np.linspace(-0.02, 0.05, 41), np.linspace(-0.02, 0.05, 57), indexing="ij")
+    lat, lon = 44 + 0.94 * down - 0.34 * across + across**2, 13 + 0.34 * down + 0.94 * across
+    z = {"y": 0, "x": 1}
+    depth = (20 + 100 * (lat - 44)).transpose([z[d] for d in order if d in z])
+    with netcdf.Dataset(tmp_path / "model.nc", "w") as data:
+        for name, size in (("y", 41), ("x", 57), ("t", 1)):
+            data.createDimension(name, size)
+        for name, values in (("lat", lat), ("lon", lon)):
+            data.createVariable(name, "f8", ("y", "x"))[:] = values
+        data.createVariable("h", "f8", order)[:] = depth[None] if "t" in order else depth
+    world = build(tmp_path / "model.nc", centre_deg=(44.015, 13.015), size_m=(800.0, 800.0))
+    x, y = np.random.default_rng(1).uniform(-350, 350, (2, 50))
+    expected = -(20 + 100 * (np.asarray(world.origin.to_latlon(x, y))[0] - 44))
+    assert np.ptp(expected) > 0.5
+    np.testing.assert_allclose(world.height(x, y), expected, atol=0.02)
+
+
 def test_a_grid_around_the_earth_has_no_seam(tmp_path):
     lat, lon = np.arange(-20.0, -13.9, 0.5), np.arange(-180.0, 180.0, 0.5)
     z = -3000 + 10 * lat[:, None] + 100 * np.cos(np.radians(lon))

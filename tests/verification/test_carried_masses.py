@@ -227,6 +227,23 @@ def test_liquid_center_at_any_attitude():
         assert np.allclose(one, points[wet].mean(axis=0), atol=2.5e-3 * size.max())
 
 
+def test_liquid_in_a_corner_is_a_tetrahedron():
+    """With edges h/|d_k|, h its height, and volume h^3/(6 d d d); its centre lies a quarter of each from the corner."""
+    half = np.array([0.5, 0.31, 0.83])
+    down = np.array([[0.5, 0.6, 0.62], [1.0, -1.0, 1.0], [-0.2, 0.9, -0.4], [-0.7, -0.1, 0.3], [-0.5, -0.55, -0.7]])
+    down /= np.linalg.norm(down, axis=1)[:, None]
+    longest = (2 * half * np.abs(down)).min(axis=1)  # height at which an edge reaches the next corner
+    for part in (0.2, 0.4, 0.999):
+        h = part * longest
+        fill = h**3 / (6 * np.abs(down).prod(axis=1)) / (8 * half.prod())
+        found = np.array([np.array(c) for c in box_liquid_center(jit.Float64(fill), half.tolist(), lists(down))]).T
+        expected = np.sign(down) * (half - h[:, None] / np.abs(down) / 4)
+        assert np.allclose(found, expected, rtol=0, atol=1e-9)  # rounding: a share of 1e-6 is a difference of ones
+        level, rise = box_liquid_level(jit.Float64(fill), half.tolist(), lists(down))
+        assert np.allclose(np.array(level), np.abs(down) @ half - h, rtol=0, atol=1e-10)
+        assert np.allclose(np.array(rise), h / (3 * fill), rtol=1e-6)
+
+
 def test_free_surface_takes_i_over_v_of_metacentric_height():
     """Moment of the liquid by heel beyond that of its weight frozen upright: rho g i phi, and by trim likewise."""
     size, fill, phi = (0.6, 0.4, 0.2), 0.5, 1e-4

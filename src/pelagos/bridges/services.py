@@ -17,6 +17,7 @@ from pelagos.bridges.inbox import ANSWER_S
 from pelagos.bridges.ros_commands import ONE_SHOT, listen, pose_nwu, received
 from pelagos.bridges.transport import Answer, Transport, Unsupported
 from pelagos.math.frames import enu_to_nwu_np, nwu_to_enu_np, quaternion_nwu_to_enu_np
+from pelagos.math.so3 import rotate_np
 from pelagos.messages.store import deserialize, header, make, quaternion, serialize, vector3
 from pelagos.sim.order import Order
 
@@ -214,7 +215,9 @@ class Services:
                 box.extend([state.position[0], state.attitude[0], state.velocity[0], state.angular_velocity[0]])
             for body in self._sim.bodies.bodies:
                 if body.name == name:
-                    box.extend([body.position[0], body.attitude[0], (0, 0, 0), (0, 0, 0)])
+                    back = body.attitude[0] * [1.0, -1.0, -1.0, -1.0]
+                    twist = (rotate_np(back, v[0]) for v in (body.velocity, body.angular_velocity))
+                    box.extend([body.position[0], body.attitude[0], *twist])
 
         reached = self._exchange.do(look)
         return box or None, reached

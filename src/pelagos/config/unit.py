@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Final
 
@@ -48,6 +49,10 @@ FACTORS: Final = {
 }
 
 
+_MISREAD: Final = ("mHz",)
+"""What is another unit in small letters."""
+
+
 def unit_of(key: str) -> str:
     """The unit in words that a key ends in, with its symbol in brackets; empty where it states none."""
     return UNITS.get(key.rpartition("_")[2], "")
@@ -63,9 +68,10 @@ def in_unit_of(key: str, text: str) -> float | None:
     """The number in `text`, such as "40 ft", in the unit of the key; None where that is not understood."""
     match = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-z/°]+)\s*", text)
     factors = FACTORS.get(key.rpartition("_")[2], {})
-    if match is None or match[2].lower() not in factors:
+    if match is None or match[2].lower() not in factors or match[2] in _MISREAD:
         return None
     try:
-        return float(f"{float(match[1]) * factors[match[2].lower()]:.6g}")
+        value = float(f"{float(match[1]) * factors[match[2].lower()]:.6g}")
     except ValueError:
         return None
+    return value if math.isfinite(value) else None

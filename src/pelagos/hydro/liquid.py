@@ -8,11 +8,14 @@ Section 3.6 of Chapter II).
 
 With coordinates u_k in -1 .. 1 along the sides and w_k = a_k |d_k| of the half sides a and the direction d of gravity,
 the liquid is where w . u > c. Integrals along the side that lies most upright and the next are closed forms; along the
-third, whose w is least, they are Gauss's with five nodes, exact for polynomials up to degree 9.
+third, whose w is least, they are polynomials up to degree 4 between the places where the surface passes a corner, and
+Gauss's with three nodes, exact up to degree 5, from each of these to the next.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 import drjit as dr
@@ -21,7 +24,7 @@ import numpy as np
 from pelagos.hydro.algebra import Vector, total
 from pelagos.jit import Array
 
-_NODES, _WEIGHTS = ([float(x) for x in part] for part in np.polynomial.legendre.leggauss(5))
+_NODES, _WEIGHTS = ([float(x) for x in part] for part in np.polynomial.legendre.leggauss(3))
 _TURNS: Final = 7  # steps of Newton: rounding is reached after 6, at any fill and attitude (tests)
 _LEAST_FILL: Final = 1e-6  # the centre of less is that of so much
 _FLAT: Final = 1e-9  # of a side: a slope that no surface has
@@ -97,10 +100,10 @@ def _share(c: Array, w: Vector) -> tuple[Array, Array]:
     w0, w1, w2 = w
     share: Array = 0.0
     density: Array = 0.0
-    for x, g in zip(_NODES, _WEIGHTS, strict=True):
+    for x, g in _third(c, w):
         near, far = w0 - c + w2 * x, -w0 - c + w2 * x
-        share = share + 0.5 * g * (_ramp(near, w1) - _ramp(far, w1))
-        density = density + 0.5 * g * (_step(near, w1) - _step(far, w1))
+        share = share + g * (_ramp(near, w1) - _ramp(far, w1))
+        density = density + g * (_step(near, w1) - _step(far, w1))
     return share / (2 * w0), density / (2 * w0)
 
 
@@ -111,15 +114,27 @@ def _moments(c: Array, w: Vector) -> list[Array]:
     excess: Array = 0.0
     second: Array = 0.0
     third: Array = 0.0
-    for x, g in zip(_NODES, _WEIGHTS, strict=True):
+    for x, g in _third(c, w):
         near, far = w0 - c + w2 * x, -w0 - c + w2 * x
         part = _ramp(near, w1) - _ramp(far, w1)
-        share = share + 0.5 * g * part
-        third = third + 0.5 * g * x * part
-        second = second + 0.5 * g * (_arm(near, w1) - _arm(far, w1))
-        excess = excess + 0.5 * g * (_square(near, w1) - _square(far, w1))
+        share = share + g * part
+        third = third + g * x * part
+        second = second + g * (_arm(near, w1) - _arm(far, w1))
+        excess = excess + g * (_square(near, w1) - _square(far, w1))
     share, second, third, excess = (m / (2 * w0) for m in (share, second, third, 0.5 * excess))
     return [(c * share + excess - w1 * second - w2 * third) / w0, second, third]
+
+
+def _third(c: Array, w: Vector) -> Iterator[tuple[Array, Array]]:
+    """Nodes along the third side and their weights, of a mean over it."""
+    w0, w1, w2 = w
+    lowest = (c - w0 - w1) / w2  # the surface passes the last corner; it and the next lie two or more apart, as w1 > w2
+    first = dr.clip(dr.select(lowest > -1.0, lowest, (c - w0 + w1) / w2), -1.0, 1.0)
+    second = dr.clip((c + w0 - w1) / w2, -1.0, 1.0)  # beyond 1 where the last is within
+    for start, end in pairwise((-1.0, first, second, 1.0)):
+        middle, half = 0.5 * (start + end), 0.5 * (end - start)
+        for x, g in zip(_NODES, _WEIGHTS, strict=True):
+            yield middle + half * x, 0.5 * g * half
 
 
 # means over u in -1 .. 1, with (x)+ = max(x, 0)

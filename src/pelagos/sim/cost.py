@@ -137,7 +137,7 @@ def free_memory() -> float:
 def size(count: float) -> str:
     """A number of bytes in words."""
     for unit, scale in (("EB", 1e18), ("PB", 1e15), ("TB", 1e12), ("GB", 1e9)):
-        if count >= scale:
+        if count >= 0.9995 * scale:  # three digits of it are the next unit's
             return f"{count / scale:.3g} {unit}"
     return f"{count / 1e6:.3g} MB"
 

@@ -136,6 +136,7 @@ class _Copy:
         self._found = found
         self._schemas: dict[int, int] = {0: 0}
         self.channels: dict[int, int] = {}
+        self._strangers: set[int] = set()  # channels without a declaration that were told of
 
     def add_schema(self, found: Any) -> None:
         """Declare a schema, once."""
@@ -151,7 +152,7 @@ class _Copy:
 
     def message_of(self, raw: bytes) -> Callable[[int, int, int, int], None]:
         """Copier of the messages of a chunk."""
-        add, channels, found, strangers = self._writer.add_message, self.channels, self._found, set[int]()
+        add, channels, found, strangers = self._writer.add_message, self.channels, self._found, self._strangers
 
         def message(channel: int, t_ns: int, start: int, end: int) -> None:
             _, _, _, sequence, _, publish = MESSAGE.unpack_from(raw, start - MESSAGE.size)

@@ -24,7 +24,7 @@ def get_holoocean_path() -> str:
     `HOLODECKPATH` replaces the folder above the version's.
     """
     above = os.environ.get("HOLODECKPATH")
-    if above is None:
+    if not above:  # an empty one counts as none
         local = ("AppData", "Local") if get_os_key() == "Windows" else (".local", "share")
         above = str(Path.home().joinpath(*local, "holoocean"))
     return str(Path(above) / VERSION)

@@ -52,7 +52,8 @@ def read_netcdf(path: Path, how: Reading) -> Grid | Soundings:
         about = _about(chosen)
         if scattered:
             last = tuple(slice(None) if d in across else 0 for d in chosen.dimensions)
-            z = plain(chosen[last]).reshape(u.shape)
+            order = [d for d in chosen.dimensions if d in across]
+            z = plain(chosen[last]).transpose([order.index(d) for d in variables[u_name].dimensions])
             keep = np.isfinite(u) & np.isfinite(v) & np.isfinite(z)
             return Soundings(u[keep], v[keep], z[keep], crs, name, *about)
         check_axes(path, u, v, (u_name, v_name), latlon=latlon)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pelagos.world.large.large import SurveyGround
 
 _MAX_SOUNDING_NODES = 4_000_000
+_RIM_POINTS = 33  # of an edge of the world: an arc of 1/32 of it is within 1/1000 of the bend
 
 
 def survey_source(
@@ -30,7 +31,12 @@ def survey_source(
         WorldError: the file cannot be used, or does not cover the world's middle.
     """
     x1, y1 = x0 + cells[0] * spacing, y0 + cells[1] * spacing
-    lat, lon = origin.to_latlon(np.array([x0, x0, x1, x1, 0.0]), np.array([y0, y1, y0, y1, 0.0]))
+    # the edges bend on the map: the middle of a northern one lies farther north than both its ends
+    rim = np.linspace(0.0, 1.0, _RIM_POINTS)
+    across, along = y0 + (y1 - y0) * rim, x0 + (x1 - x0) * rim
+    x = np.concatenate([np.full(_RIM_POINTS, x0), np.full(_RIM_POINTS, x1), along, along])
+    y = np.concatenate([across, across, np.full(_RIM_POINTS, y0), np.full(_RIM_POINTS, y1)])
+    lat, lon = origin.to_latlon(x, y)
     box = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
     survey = read_survey(str(config.path), Reading(config.variable, config.crs, config.columns, box, config.unit))
     covered = extent(survey)
