@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import drjit as dr
 import numpy as np
@@ -15,6 +16,8 @@ from pelagos.hydro import flooding, rigid_body
 from pelagos.hydro.liquid import box_liquid_center, box_liquid_level
 from pelagos.vehicles.actuators.compartment import Around, CompartmentConfig
 from pelagos.vehicles.flow import make_flow, rotation_from_euler
+from pelagos.vehicles.varied import varied
+from pelagos.vehicles.wetness import Wetness
 
 RHO, G = 1026.0, 9.81
 MASS, INERTIA, CG, CB, VOLUME = 31.0, (0.9, 2.1, 2.3), (0.03, -0.02, 0.04), (0.01, 0.005, -0.03), 0.032
@@ -88,6 +91,70 @@ def test_carried_thing_accelerates_as_a_vehicle_built_with_it(rigid):
     held = {**built, "actuators": {"thing": {**THING, "volume_m3": volume, "in_vehicle_mass": True}}}
     assert np.allclose(accelerations(held, states=[1.0]), accelerations(body(**form)), rtol=1e-9, atol=1e-10)
     assert np.allclose(accelerations(held, states=[0.0]), accelerations(built), rtol=1e-9, atol=1e-10)
+
+
+THING_M3 = 0.0023
+WATER = np.array([0.21, -0.34, 0.13])  # acceleration of the water [m/s^2]
+
+
+def adrift_flow(share=None):
+    """Flow past a vehicle that goes along with water of the acceleration `WATER`, level, to the north; `share` of its
+    hull is wet, and neither rises nor falls."""
+    eye = [[jit.Float64(x) for x in row] for row in np.eye(3)]
+    flow = make_flow(lists([[0.0, 0.0, 5.0]]), eye, lists([[0.3, -0.2, 0.1, 0, 0, 0]]), lists([[0.3, -0.2, 0.1]]),
+                     acceleration=[jit.Float64(x) for x in WATER])  # fmt: skip
+    return flow if share is None else replace(flow, wet=Wetness(jit.Float64(share), jit.Float64(0.0)))
+
+
+def adrift(vehicle, states, share=None):
+    """Accelerations `(lanes, 6)` in `adrift_flow`, with actuators' states `(lanes, actuators)`."""
+    found = vehicle.model.nu_dot(adrift_flow(share), lists(states))
+    return np.array([np.broadcast_to(np.array(x), len(states)) for x in found]).T
+
+
+def pushed(own, water, share, carried):
+    """F = m a: (M_RB + c M_thing + s M_A) nu_dot = s (M_water + c M_thing's + M_A) (a, 0): without weight, of a vehicle
+    that has the share `c` of `THING` aboard, `s` of it wet.
+    """
+    thing = rigid_body.mass_matrix(4.0, np.diag(THING["inertia_kg_m2"]), THING["position_m"])
+    its_water = rigid_body.mass_matrix(RHO * THING_M3, np.zeros((3, 3)), THING["position_m"])
+    load = share * (water + carried * its_water + np.diag(ADDED)) @ [*WATER, 0, 0, 0]
+    return np.linalg.solve(own + carried * thing + share * np.diag(ADDED), load)
+
+
+@pytest.mark.parametrize("neutral", [False, True])
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_accelerating_water_pushes_what_is_carried_by_its_volume(neutral, share):
+    weightless = {"gravity_m_s2": 0.0, "terms": {}, "actuators": {"thing": {**THING, "volume_m3": THING_M3}}}
+    center, volume = (CG, MASS / RHO) if neutral else (CB, VOLUME)  # neutral: nothing is left over without the thing
+    vehicle = pl.Vehicle.from_dict(body(**weightless, cb=center, volume=volume))
+    assert (vehicle.model.inertia.excess is None) == neutral
+    own = rigid_body.mass_matrix(MASS, ABOUT_CG, CG)
+    water = rigid_body.mass_matrix(RHO * volume, RHO * volume / MASS * ABOUT_CG, center)
+    states, heavier = np.array([[0.0], [0.7], [1.0]]), np.array([1.0, 1.3, 0.8])
+    expected = [pushed(own, water, share, 1 - s) for s in states[:, 0]]
+    wet = None if share == 1.0 else share
+    for state, want in zip(states, expected, strict=True):
+        np.testing.assert_allclose(adrift(vehicle, [state], wet)[0], want, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(adrift(vehicle, states, wet), expected, rtol=1e-9, atol=1e-12)
+    fleet = varied(vehicle, {"mass": jit.Float64(heavier)})
+    expected = [pushed(m * own, water, share, 1 - s) for m, s in zip(heavier, states[:, 0], strict=True)]
+    np.testing.assert_allclose(adrift(fleet, states, wet), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_slope_of_the_push_by_what_is_carried():
+    """d nu_dot/d state by central differences of `pushed`, as backpropagated."""
+    vehicle = pl.Vehicle.from_dict(
+        body(gravity_m_s2=0.0, terms={}, actuators={"thing": {**THING, "volume_m3": THING_M3}})
+    )
+    state = jit.Float64(0.3)
+    dr.enable_grad(state)
+    found = vehicle.model.nu_dot(adrift_flow(), [state])
+    dr.backward(found[0] - 2.0 * found[4])
+    own = rigid_body.mass_matrix(MASS, ABOUT_CG, CG)
+    water = rigid_body.mass_matrix(RHO * VOLUME, RHO * VOLUME / MASS * ABOUT_CG, CB)
+    high, low = (pushed(own, water, 1.0, 0.7 - h) @ [1, 0, 0, 0, -2, 0] for h in (1e-5, -1e-5))
+    assert float(dr.grad(state)[0]) == pytest.approx((high - low) / 2e-5, rel=1e-6)
 
 
 def test_half_of_shot_ballast_is_half_the_weight():
@@ -280,8 +347,6 @@ def law(**changes):
 
 
 def follow(flooding_law, around, water, seconds, h=0.5, command=0.0):
-    from dataclasses import replace
-
     here = replace(flooding_law, around=Around(*around, [0.0, 0.0, 1.0]))
     kept, state = [0.0] * here.memory, water
     for _ in range(round(seconds / h)):

@@ -200,13 +200,14 @@ class Model:
     def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: Tables | None = None) -> dict[str, Vector]:
         """Every force and moment by the name of its origin, each (6); `actuators`: one limited state each."""
         flow = self.acted(self.fed(flow, actuators, tables), actuators)
-        found: dict[str, Vector] = {"coriolis": self.inertia_in(flow).coriolis(flow)}
+        inertia = self.inertia_in(flow)
+        found: dict[str, Vector] = {"coriolis": inertia.coriolis(flow)}
         if flow.seaway is not None:
             found["sea"] = flow.seaway.load
             if self.trim is not None:
                 found["trim"] = [mul(1 - flow.far, x) for x in self.trim.wrench(flow)]
-        elif flow.water_acceleration is not None and self.inertia.excess is not None:
-            found["excess_mass"] = minus(matvec(self.inertia.excess, flow.water_acceleration))
+        elif flow.water_acceleration is not None and inertia.excess is not None:
+            found["excess_mass"] = minus(matvec(inertia.excess, flow.water_acceleration))
         if self.ground is not None and self.ground.momentum:
             found["shoaling"] = _left(self.ground.shoaling(flow), Place("hull").share(flow))
         for name, term in self.terms.items():
