@@ -39,6 +39,10 @@ NATIVE = {
     "type": "engine_forces", "mass_kg": 16.0, "volume_m3": 0.0165, "inertia_kg_m2": [0.3, 1.2, 1.4],
     "drag_area_m2": 0.06, "damping_1_s": 0.3, "turn_damping_1_s": 0.4, "half_height_m": 0.9,
 }  # fmt: skip
+FORCE = {"type": "force_thruster", "position_m": [-0.4, 0.1, 0], "direction": [1, 0, 0], "time_constant_s": 0.1}
+SQUARE = {**FORCE, "type": "thruster", "forward": 0.01, "reverse": 0.008}
+CURVE = {**FORCE, "type": "curve_thruster", "commands": [-1, 0, 1], "thrusts_n": [-20, 0, 30]}
+SLIDE, BLADDER = {"type": "moving_mass", "mass_kg": 3, "rate_m_s": 0.1}, {"type": "buoyancy_engine", "rate_m3_s": 1e-5}
 FINS = [{"position_m": [-0.7, 0.1, 0.05], "lift": [0.0, 0.6, 0.8]}]
 PUSHED = {**NATIVE, "thrusters": [{"position_m": [-0.4, 0.2, 0.1], "direction": [0.8, 0.36, -0.48], "limit_n": 9.0}]}
 
@@ -63,6 +67,18 @@ PUSHED = {**NATIVE, "thrusters": [{"position_m": [-0.4, 0.2, 0.1], "direction": 
         ("bluerov2", {"added_mass": {"diagonal": [-20, 5, 5, 1, 1, 1]}}, "not positive definite"),
         ("otter", {"actuators": {"left_propeller": {"direction": [0, 0, 0]}}}, "direction must not be 0"),
         ("remus100", {"density_kg_m3": float("nan")}, "density_kg_m3"),
+        ("remus100", {"actuators": {"x": {**SQUARE, "low": 40, "high": 40}}}, "low 40 must be below high 40"),
+        ("remus100", {"actuators": {"x": {**FORCE, "low_n": 25, "high_n": 25}}}, "low_n 25 must be below high_n 25"),
+        ("remus100", {"actuators": {"x": {**FORCE, "low_n": 30, "high_n": 25}}}, "low_n 30 must be below high_n 25"),
+        ("remus100", {"actuators": {"x": {**CURVE, "commands": [-1, 1, 1]}}}, "commands must rise from point to point"),
+        ("remus100", {"actuators": {"x": {**CURVE, "thrusts_n": [5, 5, 9]}}}, "thrusts_n must rise from point to"),
+        ("remus100", {"actuators": {"x": {**SLIDE, "low_m": 0.1, "high_m": -0.1}}}, "low_m 0.1 must be below high_m"),
+        (
+            "remus100",
+            {"actuators": {"x": {**BLADDER, "position_m": [0, 0, 0], "low_m3": 0, "high_m3": 0}}},
+            "low_m3 0 must be below high_m3 0",
+        ),
+        ("remus100", {"actuators": {"x": {"type": "channel", "low": 2, "high": 2}}}, "low 2 must be below high 2"),
     ],
 )
 def test_what_cannot_be_is_refused_with_the_reason(name, changes, message):

@@ -29,6 +29,17 @@ class PartConfig(Described):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+def check_limits(config: PartConfig, low: str, high: str) -> None:
+    """Refuse limits, named by their keys, of which the lower one is not below the other.
+
+    Raises:
+        ValueError: names both.
+    """
+    least, largest = getattr(config, low), getattr(config, high)
+    if least >= largest:
+        raise ValueError(f"{low} {least:g} must be below {high} {largest:g}")
+
+
 @dataclass(frozen=True)
 class Body:
     """Constants of a vehicle that its terms follow from, about the origin CO, FRD, SI units.

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
+
+from pydantic import model_validator
 
 from pelagos.hydro import restoring
 from pelagos.hydro.algebra import Vector, cross
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
+from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three, check_limits
 from pelagos.vehicles.wetness import ALWAYS, HULL, Place
 
 
@@ -29,6 +31,11 @@ class MovingMassConfig(PartConfig):
     """[m]"""
     rate_m_s: Positive
     """[m/s]"""
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        check_limits(self, "low_m", "high_m")
+        return self
 
     def build(self, body: Body) -> MovingMass:
         """The actuator."""
@@ -63,6 +70,11 @@ class BuoyancyEngineConfig(PartConfig):
     """[m^3/s]"""
     time_constant_s: NonNegative = 0.0
     """[s]"""
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        check_limits(self, "low_m3", "high_m3")
+        return self
 
     def build(self, body: Body) -> BuoyancyEngine:
         """The actuator."""

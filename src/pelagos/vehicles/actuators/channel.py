@@ -11,7 +11,7 @@ from pelagos.hydro.algebra import Vector
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig
+from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, check_limits
 from pelagos.vehicles.wetness import ALWAYS, Place
 
 
@@ -30,8 +30,7 @@ class ChannelConfig(PartConfig):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if self.low >= self.high:
-            raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        check_limits(self, "low", "high")
         return self
 
     def build(self, body: Body) -> Channel:

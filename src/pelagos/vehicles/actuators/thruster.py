@@ -25,7 +25,7 @@ from pelagos.vehicles.actuators.inflow import (
 )
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
+from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three, check_limits
 from pelagos.vehicles.wetness import HULL, Place
 
 
@@ -59,8 +59,7 @@ class ThrusterConfig(PartConfig):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         check_direction(self.direction)
-        if self.low >= self.high:
-            raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        check_limits(self, "low", "high")
         check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
         if isinstance(self.inflow, BSeriesInflowConfig):
             self.inflow.check(Shaft(self.forward, self.reverse, self.unit), self.diameter_m)
@@ -105,6 +104,7 @@ class ForceThrusterConfig(PartConfig):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         check_direction(self.direction)
+        check_limits(self, "low_n", "high_n")
         check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
         return self
 

@@ -8,7 +8,7 @@ import drjit as dr
 from pydantic import model_validator
 
 from pelagos.jit import Array
-from pelagos.vehicles.part import NonNegative, Number, PartConfig, Positive
+from pelagos.vehicles.part import NonNegative, Number, PartConfig, Positive, check_limits
 
 
 class SpeedGains(PartConfig):
@@ -27,8 +27,7 @@ class SpeedGains(PartConfig):
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
-        if self.low_rpm >= self.high_rpm:
-            raise ValueError(f"low_rpm {self.low_rpm:g} must be below high_rpm {self.high_rpm:g}")
+        check_limits(self, "low_rpm", "high_rpm")
         return self
 
 
