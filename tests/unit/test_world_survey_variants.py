@@ -188,6 +188,8 @@ TEXT = {
     "words beside numbers": rows("line {0:.0f},{0:.2f},{1:.2f},{2:.3f},ok", "name,x,y,z,flag\n"),
     "quotes": rows('"{:.2f}","{:.2f}","{:.3f}"', '"x","y","z"\n'),
     "comments and blank lines": "# made by a tool\n\n# x y z\n" + rows("{:.2f} {:.2f} {:.3f}") + "\n\n# end\n",
+    "blank lines amid soundings": rows("{:.2f} {:.2f} {:.3f}").replace("\n", "\n\n", 40).replace("\n\n", "\n \t \n", 9),
+    "empty rows of a spreadsheet": rows("{:.2f},{:.2f},{:.3f}", "x,y,z\n").replace("\n", "\n,,\n", 7),
     "a cell left empty": rows("{:.2f},{:.2f},{:.3f}", "x,y,z\n") + "400001,4900001,\n",
     "a mark for no value": rows("{:.2f},{:.2f},{:.3f}", "x,y,z\n") + "400001,4900001,-9999\n",
 }  # fmt: skip
@@ -270,6 +272,8 @@ REFUSED = {
     "millimetres": (lambda t: write_tif(t / "a.tif", GROUND * 1000), {}, "cannot be heights on Earth; say their unit"),
     "damaged gzip": (_corrupt, {"crs": "EPSG:32633"}, "damaged or cut short"),
     "one place": (lambda t: _text(t, "400000 4900000 -3\n" * 9), {"crs": "EPSG:32633"}, "covers no area"),
+    "a damaged row behind empty ones": (
+        lambda t: _text(t, "1,2,-3\n\n,,\n4,5,-6\n7,x,-9\n"), {"crs": "EPSG:32633"}, "line 5: '7,x,-9' holds no x"),
     "two columns": (lambda t: _text(t, "400000 4900000\n" * 9), {"crs": "EPSG:32633"}, "has 2 columns"),
 }  # fmt: skip
 

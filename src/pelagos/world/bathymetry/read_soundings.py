@@ -58,7 +58,8 @@ class _Layout:
 def read_soundings(path: Path, how: Reading) -> Soundings:
     """Rows of x, y, z with comma, semicolon, tab or blanks between; a header line, if any, names the columns.
 
-    Columns that are not asked for may hold anything; decimal commas are understood where commas do not separate.
+    Columns that are not asked for may hold anything; decimal commas are understood where commas do not separate. Empty
+    lines, and lines of nothing but separators, are passed over.
     """
     text = unpacked(path, "bathymetry file").decode("utf-8", errors="replace")
     lines = text.lstrip("\ufeff").splitlines()
@@ -171,7 +172,7 @@ def _table(path: Path, lines: list[str], layout: _Layout) -> NDArray[np.float64]
     rows = []
     for k, line in enumerate(body):
         plain = line.split("#")[0]
-        if not plain.strip():
+        if not any(layout.cells(plain)):  # an empty line, or, as spreadsheets write it, marks alone
             continue
         row = layout.triple(plain)
         if row is None:
