@@ -168,6 +168,27 @@ def test_holes_are_filled_from_their_rims_and_counted():
     assert np.allclose(filled, plane)
 
 
+def test_a_margin_has_the_heights_of_the_nearest_nodes():
+    """Beside a survey of slanted and stepped edges: any of those that no other is nearer than, by all distances."""
+    i, j = (v.ravel() for v in np.meshgrid(np.arange(34), np.arange(26), indexing="ij"))
+    height = -30.0 + np.random.default_rng(5).permutation(i.size).reshape(34, 26)
+    surveyed = (np.hypot(i - 15.3, 1.7 * (j - 11.8)) < 9.0).reshape(34, 26)
+    filled, count = fill(np.where(surveyed, height, np.nan))
+    assert count == (~surveyed).sum()
+    known = surveyed.ravel()
+    far = np.hypot(i[:, None] - i[known], j[:, None] - j[known])  # (nodes, surveyed)
+    source = {h: k for k, h in enumerate(height.ravel()[known])}
+    outside = [k for k in np.flatnonzero(~known) if filled.flat[k] in source]
+    assert len(outside) > 0.9 * count  # the rest lies in the hull, between rims
+    for k in outside:
+        assert far[k, source[filled.flat[k]]] == far[k].min()
+
+
+def test_holes_without_a_rim_cannot_be_filled():
+    with pytest.raises(WorldError, match="no value anywhere in the crop"):
+        fill(np.full((7, 9), np.nan))
+
+
 def text(folder, content):
     (folder / "t.xyz").write_text(content)
     return folder / "t.xyz"

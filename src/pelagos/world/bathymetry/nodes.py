@@ -79,8 +79,6 @@ def survey_nodes(
             f"the crop holds {rows.sum()} x {columns.sum()} nodes of the survey; nodes: survey needs 2 x 2 or more"
         )
     values = survey.z[np.ix_(rows, columns)][:, ::-1]
-    if np.isnan(values).all():
-        raise WorldError("the survey has no value anywhere in the crop: all of it is a hole; choose another part")
     z, holes = fill(values)
     corner = origin.to_xy(*to_latlon(survey.crs, survey.u[rows][:1], survey.v[columns][-1:]))
     spacing = size[0] / max(int(rows.sum()) - 1, 1)

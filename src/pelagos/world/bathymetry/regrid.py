@@ -138,13 +138,19 @@ def _usual(tree: Any) -> float:
 
 
 def fill(field: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Heights with NaN replaced, and how many were: linear between the rims of a hole, the nearest value outside."""
+    """Heights with NaN replaced, and how many were: linear between the rims of a hole, the nearest value outside.
+
+    Raises:
+        WorldError: all are NaN.
+    """
     holes = np.isnan(field)
     count = int(holes.sum())
     if count == 0:
         return field, 0
-    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-    from scipy.ndimage import binary_dilation
+    if count == field.size:
+        raise WorldError("the survey has no value anywhere in the crop: all of it is a hole; choose another part")
+    from scipy.interpolate import LinearNDInterpolator
+    from scipy.ndimage import binary_dilation, distance_transform_edt
     from scipy.spatial import QhullError
 
     rim = binary_dilation(holes, iterations=2) & ~holes
@@ -156,11 +162,12 @@ def fill(field: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
             filled = LinearNDInterpolator(points, values)(wanted)
     except QhullError:
         pass  # all rims on one line: the nearest value serves
-    missing = np.isnan(filled)
-    if missing.any():
-        filled[missing] = NearestNDInterpolator(points, values)(wanted[missing])
     out = field.copy()
     out[holes] = filled
+    missing = np.isnan(out)
+    if missing.any():  # wide margins have millions of nodes: the transform takes a thirtieth of a tree's time
+        nearest = distance_transform_edt(holes, return_distances=False, return_indices=True)
+        out[missing] = field[tuple(nearest[:, missing])]
     return out, count
 
 
@@ -174,10 +181,7 @@ def height_field(
     """
     x = corner[0] + spacing * np.arange(cells[0] + 1, dtype=np.float64)
     y = corner[1] + spacing * np.arange(cells[1] + 1, dtype=np.float64)
-    z = sample(survey, origin, x, y)
-    if np.isnan(z).all():
-        raise WorldError("the survey has no value anywhere in the crop: all of it is a hole; choose another part")
-    filled, count = fill(z)
+    filled, count = fill(sample(survey, origin, x, y))
     return HeightField(corner[0], corner[1], spacing, filled), count
 
 
