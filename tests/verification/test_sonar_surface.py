@@ -269,9 +269,9 @@ def test_what_comes_straight_home_from_behind_meets_the_baffle():
     above, at (12 + 15 + 3)/2 = 15 m, is 30 dB below what it would be without the array's back; the second echo at 27 m
     comes from below, and is as strong as ever."""
     levels = []
-    for behind in (1.0, multipath._BEHIND):
+    for behind in (1.0, multipath.BEHIND):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(multipath, "_BEHIND", behind)
+            patch.setattr(multipath, "BEHIND", behind)
             config = SinglebeamConfig(
                 bins=300, range_max_m=30.0, multipath="surface_and_bottom", multipath_order=2, scale="linear",
                 bottom_loss_db=0.0,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import drjit as dr
 import numpy as np
@@ -13,6 +14,8 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line, line_length, shaded_line
 from pelagos.acoustics.element_array import ElementLine
 from pelagos.jit import Array
+
+BEHIND: Final = 1e-3  # of what would be heard in front, one way, behind an array's baffle; assumed
 
 
 @jit.struct

@@ -17,13 +17,12 @@ from pelagos.acoustics.beam_pattern import line_length, line_np, weighted_line_n
 from pelagos.acoustics.interference import Sent
 from pelagos.jit import Array
 from pelagos.sensors.mount import Mounted
-from pelagos.sensors.sonar.ping.aperture import Aperture
+from pelagos.sensors.sonar.ping.aperture import BEHIND, Aperture
 
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics
 
 _LEAK: Final = 1e-4  # of the power on axis, beside all lobes; assumed
-_BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
 _FEW_BEAMS: Final = 8
 
 
@@ -74,7 +73,7 @@ class Apertures:
             side = side - self._sines
         across = weighted_line_np(side, self.side_length, self.shading)
         pattern = (across * line_np(up, self.up_length)) ** 2
-        return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
+        return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, BEHIND))
 
     def loudest(self, direction: NDArray[np.float64]) -> NDArray[np.float64]:
         """`power` of whichever beam hears best in directions `(m, 3)`: `(m,)`."""
@@ -85,7 +84,7 @@ class Apertures:
         across = weighted_line_np(towards - self._sines[nearest], self.side_length, self.shading)
         pattern = (across * line_np(_dots(direction, self.up[0]), self.up_length)) ** 2
         ahead = _dots(direction, self.axis[nearest])
-        return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
+        return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, BEHIND))
 
     def same(self, other: Apertures) -> bool:
         """True where both have the same patterns."""

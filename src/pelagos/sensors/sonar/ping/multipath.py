@@ -23,7 +23,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
+from pelagos.sensors.sonar.ping.aperture import BEHIND, Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes
 from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
@@ -31,7 +31,6 @@ from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirror_share
 
 _OFF: Final = 2e-3  # [m], start of a leg above the mirror
 _SEEN: Final = 0.05  # [m], slack of the test for a free straight way home
-_BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
 _MOST: Final = 1e3  # of a pattern over another's: beside nulls
 
 
@@ -146,7 +145,7 @@ def _other_direction(
         mirrors.aperture.one_way_up(mirrors.facing, beam, rotate_back(attitude, direction))
         for direction in (arrival, departure)
     ]
-    baffle = dr.select(dr.dot(arrival, departure) > 0.0, 1.0, _BEHIND)
+    baffle = dr.select(dr.dot(arrival, departure) > 0.0, 1.0, BEHIND)
     return baffle * dr.minimum(one_way[0] / dr.maximum(one_way[1], 1e-6), _MOST)
 
 
