@@ -68,8 +68,9 @@ def receive(
 
     def finish(i: int, here: Cells, signal: list[Array]) -> list[Array]:
         nonlocal words
-        if i % 4 == 0:  # four words of noise serve four beams
-            words = words32(key, jit.UInt32(here.beam // 4 * bins + here.bin), *counter)
+        if i % 4 == 0:  # four words of noise serve four beams of a lane; a beam that is alone draws its own
+            row = here.beam if hearing.count == 1 else here.beam // 4
+            words = words32(key, jit.UInt32(row * bins + here.bin), *counter)
         power = din_power(spec, layout, here, moment, constants.noise, din)
         if din.coherent is not None:
             extra = dr.gather(jit.Array2f, din.coherent, cell_of(layout, spec, here), here.beam < beams)
