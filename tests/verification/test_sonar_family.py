@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -318,6 +319,57 @@ class TestAdcp:
         s = Dvl(config, context([below(10.0)]))
         found = s.sense(at(0, 0, DEEP, velocity=(1.0, 0.2, 0.1))).extras["water_velocity"]
         assert found[0] == pytest.approx([1.0, 0.2, 0.1], abs=1e-9)
+
+    @pytest.mark.parametrize("assumed", [None, 1391.0, 1620.0])
+    def test_the_layer_of_the_dvl_lies_where_its_time_says(self, assumed):
+        """Of a current that changes with depth alone, at c'/c of the speed; the echo comes from 6 m times c/c'."""
+        shear = np.array([[0, 0, 0.031], [0, 0, -0.017], [0, 0, 0]])
+        ocean = SlantedWater(
+            *(dr.opaque(jit.Float64, float(v)) for v in (1500, 0.3, -0.2, 0, *shear.ravel(), 0, 0, DEEP))
+        )
+        config = DvlConfig(water_layer_m=6.0, noise_mps=0.0, noise_relative=0.0, sound_speed_mps=assumed)
+        found = Dvl(config, context([below(20.0)], ocean=ocean)).sense(at(0, 0, DEEP, velocity=(0.9, 0.4, 0.1)))
+        ratio = (assumed or 1500.0) / 1500.0
+        through = np.array([0.6, 0.6, 0.1]) + shear[:, 2] * 6.0 / ratio
+        np.testing.assert_allclose(found.extras["water_velocity"][0], through * ratio, atol=1e-6)
+
+    @pytest.mark.parametrize("ratio", [1.0, 0.95, 1.06])
+    def test_the_layer_of_the_dvl_ends_where_side_lobes_bring_the_bottom(self, ratio):
+        """10 m above it, at 10 m cos(30 deg) = 8.66 m, by true sound speed."""
+        edge = 10.0 * math.cos(math.radians(30)) * ratio
+        for layer, heard in ((edge - 0.02, True), (edge + 0.02, False), (9.9, False), (14.0, False)):
+            config = DvlConfig(water_layer_m=layer, sound_speed_mps=1500.0 * ratio)
+            reading = Dvl(config, context([below(10.0)])).sense(at(0, 0, DEEP, velocity=(1, 0, 0)))
+            assert reading.valid[0]
+            assert (np.isfinite(reading.extras["water_velocity"][0]) == heard).all()
+
+    def test_the_layer_of_the_dvl_is_lost_behind_what_a_beam_meets_and_after_the_next_ping(self):
+        """9 m less 0.6 m along a beam: 8.4 m cos^2(30 deg) = 6.3 m. c/(2 rate) = 30 m along beams: 25.98 m."""
+        config = DvlConfig()
+        ball = sphere((np.array([0, 0, DEEP]) + 9.0 * config.beams[2]).tolist(), 0.6)
+        for layer, scene, keys, heard in (
+            (6.2, [below(60.0), ball], {}, True), (6.4, [below(60.0), ball], {}, False),
+            (25.9, [below(70.0)], {"rate_hz": 25}, True), (26.1, [below(70.0)], {"rate_hz": 25}, False),
+        ):  # fmt: skip
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ValidityWarning)  # 90 m are ambiguous at 25 Hz
+                s = Dvl(DvlConfig(water_layer_m=layer, **keys), context(scene))
+            assert (np.isfinite(s.sense(at(0, 0, DEEP)).extras["water_velocity"][0]) == heard).all()
+
+    @pytest.mark.parametrize(
+        ("keys", "message"),
+        [
+            (
+                {"water_layer_m": 0.2},
+                r"water_layer_m 0\.2 must be between range_min_m 0\.3 \(by default\) and range_max",
+            ),
+            ({"water_layer_m": 90.5}, r"water_layer_m 90\.5 must be .* range_max_m 90 \(by default\)"),
+            ({"water_layer_m": 60, "device": "waterlinked_a50"}, r"range_max_m 50 \(of the device waterlinked_a50\)"),
+        ],
+    )
+    def test_a_layer_that_the_dvl_cannot_hear_is_refused(self, keys, message):
+        with pytest.raises(ValidationError, match=message):
+            DvlConfig(**keys)
 
 
 class TestTargets:

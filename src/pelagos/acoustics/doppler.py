@@ -24,6 +24,22 @@ def janus_beams(tilt: float, azimuths: tuple[float, ...]) -> NDArray[np.float64]
     return np.stack([math.sin(tilt) * np.cos(a), math.sin(tilt) * np.sin(a), down], axis=-1)
 
 
+def heard_water(free: list[Array], reach: Array, cosine: float) -> list[Array]:
+    """Which slanted beams hear the water as far as `reach`: `Bool` each.
+
+    A beam ends where it meets something; and on all of them side lobes bring the echo that comes straight from what
+    lies nearest, level, as far along the beams as it is deep: at `cosine` times the range along the beam (Teledyne RD
+    Instruments 2011: near the bottom).
+
+    Args:
+        free: range along each beam to what it meets, infinite without [m].
+        reach: far end of the water, along the beams [m].
+        cosine: of the beams' tilt.
+    """
+    nearest = dr.minimum(dr.minimum(free[0], free[1]), dr.minimum(free[2], free[3]))
+    return [(distance > reach) & (nearest * cosine > reach) for distance in free]
+
+
 def velocity_from_beams(speeds: list[Array], valid: list[Array], beams: NDArray[np.float64]) -> tuple[Array, Array]:
     """The velocity whose components along the valid beams fit best, and whether three beams or more determine it.
 

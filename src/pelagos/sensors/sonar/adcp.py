@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
-from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
+from pelagos.acoustics.doppler import heard_water, janus_beams, velocity_from_beams
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
@@ -231,13 +231,12 @@ def profile(
     depth = config.blank_m + (jit.Float64(cell) + 0.5) * config.cell_m
     reach = jit.Float((depth + 0.5 * config.cell_m) / tilt) / jit.Float(assumed)  # in true range
     noise = normals64_from(key, environment, tick, 2 * cell, len(config.beams))
-    nearest = dr.minimum(dr.minimum(free[0], free[1]), dr.minimum(free[2], free[3]))
-    speeds, valid = [], []
+    speeds = []
     for b, axis in enumerate(config.beams.tolist()):
         there = place + rotate(attitude, jit.Array3f64(*axis)) * (depth / tilt) / assumed
         water = rotate_back(attitude, ocean.current(there, t, copy)) - sensor_moves
         speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[b])
-        valid.append((free[b] > reach) & (nearest * tilt > reach) & (in_water > 0.5))
+    valid = [heard & (in_water > 0.5) for heard in heard_water(free, reach, tilt)]
     data, solved = velocity_from_beams([speed * assumed for speed in speeds], valid, config.beams)
     middle = place + rotate(attitude, jit.Array3f64(0.0, 0.0, -depth))
     truth = rotate_back(attitude, ocean.current(middle, t, copy)) - sensor_moves

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
-from pelagos.acoustics.doppler import echo_margin_db, janus_beams, velocity_from_beams
+from pelagos.acoustics.doppler import echo_margin_db, heard_water, janus_beams, velocity_from_beams
 from pelagos.acoustics.spreading import to_db
 from pelagos.config.rate import Rate
 from pelagos.hydro.bed_load import grain_speed, skin_friction
@@ -85,7 +85,8 @@ class DvlConfig(EchoesConfig):
     """Sound speed that turns shifts into speeds, of ground and water, and times into ranges [m/s]; absent: that of the
     water at the sonar."""
     water_layer_m: float | None = Field(default=None, gt=0)
-    """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
+    """Distance below the sensor of the layer that water track measures, at the time that `sound_speed_mps` gives it,
+    from `range_min_m` to `range_max_m` [m]; absent: no water track."""
     bed_grain_mm: float | None = Field(default=None, ge=0.06, le=2)
     """Grain size of a bed (label `landscape`) that the current, as it is 1 m above, carries along under the log: it
     tracks moving grains then, and reads too much upstream [mm]; absent: the bed lies still."""
@@ -115,6 +116,11 @@ class DvlConfig(EchoesConfig):
         if self.bed_grain_mm is not None and self.iq:
             raise ValueError("iq has the pulses of a bed that lies still: leave it out, or bed_grain_mm")
         check_order(self)
+        if self.water_layer_m is not None and not self.range_min_m <= self.water_layer_m <= self.range_max_m:
+            raise ValueError(
+                f"{quote(self, 'water_layer_m')} must be between {quote(self, 'range_min_m')} and "
+                f"{quote(self, 'range_max_m')}"
+            )
         return self
 
     @property
@@ -156,7 +162,9 @@ class Dvl:
         positive towards the bottom [m/s]; `beam_valid` `(m, 4)`; `altitude` `(m,)` [m], mean of the valid ranges times
         the cosine of the tilt; `sigma` `(m, 4)`, standard deviation of each beam's speed [m/s]; `snr` `(m, 4)` of each
         beam's echo [dB]; `label` and `instance` `(m, 4)` of what each beam meets, 0 for nothing.
-        With `water_layer_m`: `water_velocity` `(m, 3)`, velocity of the sensor through the water of the layer [m/s].
+        With `water_layer_m`: `water_velocity` `(m, 3)`, velocity of the sensor through the water of the layer [m/s],
+        NaN where fewer than three beams hear it: beyond the bottom, and, as of an `Adcp`, from altitude times the
+        cosine of the tilt on.
         With `water_column_bins`, `iq` or `labels` the echoes of the beams, `(m, 4, bins)` each: `water_column` and
         `water_column_truth` [dB], `water_column_label`, `water_column_instance`, and `iq` complex64 `(m, 4, 2, bins)`,
         before gain, of two pulses a `lag_s` apart, whose phases tell the speed (see `speed_of_pair`).
@@ -237,7 +245,8 @@ class Dvl:
         for name, met in (("label", hits.label), ("instance", hits.instance)):
             found[name] = [dr.gather(jit.UInt32, met, first + b * _RAYS) for b in range(4)]
         if config.water_layer_m is not None:
-            found["water_velocity"] = water_track(config, lanes, velocity, motion, ocean, ping.key)
+            free = [dr.select(seen, distance, dr.inf) for seen, distance, *_ in beams]
+            found["water_velocity"] = water_track(config, free, lanes, velocity, motion, ocean, ping.key)
         return found
 
 
@@ -326,22 +335,31 @@ def carried_bed(config: DvlConfig, lanes: Lanes, beam: int, distance: Array, mot
     return dr.dot(rotate_back(lanes.attitude, jit.Array3f64(water.x * grains, water.y * grains, 0.0)), axis)
 
 
-def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Key) -> Array:
+def water_track(
+    config: DvlConfig, free: list[Array], lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Key
+) -> Array:
     """Velocity of the sensor through the water of a layer, `Array3f64` in the sensor frame [m/s].
 
-    The four beams' errors, as at a strong echo, go through the same least squares as those of the bottom.
+    The echo is taken at the layer's time by the assumed sound speed, as that of an ADCP's cell: it comes from nearer or
+    farther with another one. The four beams' errors, as at a strong echo, go through the same least squares as those of
+    the bottom. `free`: range along each beam to what it meets, infinite without [m].
     """
     assert config.water_layer_m is not None
     vertical = math.cos(math.radians(config.beam_tilt_deg))
     noise = normals64(key, motion, 16)
     assumed = assumed_over_true(config, lanes.medium)
+    reach = config.water_layer_m / vertical / assumed
     t = jit.Float64(motion.t_ns) * 1e-9
+    in_time = reach <= jit.Float64(farthest_heard(config.rate_hz, lanes.medium.sound_speed))
     speeds = []
     for b, (x, y, z) in enumerate(config.beams.tolist()):
-        place = lanes.position + rotate(lanes.attitude, jit.Array3f64(x, y, z)) * (config.water_layer_m / vertical)
+        place = lanes.position + rotate(lanes.attitude, jit.Array3f64(x, y, z)) * reach
         through = velocity - rotate_back(lanes.attitude, ocean.current(place, t, motion.copy))
         speed = through.x * x + through.y * y + through.z * z
         sigma = dr.sqrt(config.noise_mps**2 + (config.noise_relative * speed) ** 2)
         speeds.append((speed + sigma * noise[12 + b]) * (1.0 + config.scale_error) * assumed)
-    data, wet = velocity_from_beams(speeds, [jit.Bool(True) if lanes.wet is None else lanes.wet] * 4, config.beams)
-    return dr.select(wet, data, dr.nan)
+    if lanes.wet is not None:
+        in_time &= lanes.wet
+    heard = [ok & in_time for ok in heard_water(free, jit.Float(reach), vertical)]
+    data, found = velocity_from_beams(speeds, heard, config.beams)
+    return dr.select(found, data, dr.nan)
