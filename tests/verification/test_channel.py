@@ -34,6 +34,11 @@ def sim() -> pl.Simulation:
     return pl.Simulation.load(scenario())
 
 
+@pytest.fixture(scope="module")
+def pair() -> pl.Simulation:
+    return pl.Simulation.load(scenario(), n=2)
+
+
 def test_direct_path_runs_straight_between_the_ends(sim: pl.Simulation) -> None:
     tx, rx = np.array([10.0, 5.0, -8.0]), np.array([90.0, -40.0, -21.0])
     a = pl.channel(sim, tuple(tx), tuple(rx)).arrivals()
@@ -191,6 +196,41 @@ def test_wrong_ends_are_refused(sim: pl.Simulation) -> None:
         pl.channel(sim, (0.0, 1.0), "b")
     with pytest.raises(pl.CommandError, match="a world has none"):
         pl.channel(sim.world, "a", "b")
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"copy": 2}, "copy is a whole number from 0 to 1, not 2"),
+        ({"copy": -1}, "copy is a whole number from 0 to 1, not -1"),
+        ({"copy": 0.5}, r"copy is a whole number from 0 to 1, not 0\.5"),
+        ({"copy": True}, "copy is a whole number from 0 to 1, not True"),
+        ({"shipping": 1.2}, r"shipping is a number from 0 \(none\) to 1 \(heavy\), not 1\.2"),
+        ({"shipping": -0.1}, r"shipping .* not -0\.1"),
+        ({"shipping": float("nan")}, "shipping .* not nan"),
+        ({"shipping": "heavy"}, "shipping .* not 'heavy'"),
+        ({"bounces": -1}, "bounces is a whole number, 0 or more, not -1"),
+        ({"bounces": 2.5}, r"bounces is a whole number, 0 or more, not 2\.5"),
+        ({"frequency_hz": "25 kHz"}, "frequency_hz is a positive number, not '25 kHz'"),
+    ],
+)
+def test_keys_of_a_channel_have_their_range(pair: pl.Simulation, keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(pl.CommandError, match=message):
+        pl.channel(pair, "a", "b", **keys)
+
+
+def test_a_channel_takes_numpys_numbers_and_a_world_has_one_copy(pair: pl.Simulation) -> None:
+    """Of Wenz's sources shipping alone changes: 40 + 20 (s - 0.5) + 26 log f - 60 log(f + 0.03) dB, f in kHz."""
+    quiet, loud = (
+        pl.channel(pair, "a", "b", copy=np.int64(1), shipping=s, bounces=np.int32(1))
+        for s in (np.float32(0.0), np.float64(1.0))
+    )
+    none, heavy = (40 + 20 * (s - 0.5) + 26 * np.log10(0.05) - 60 * np.log10(0.08) for s in (0.0, 1.0))
+    more = 10 ** (loud.noise_level_db(50.0) / 10) - 10 ** (quiet.noise_level_db(50.0) / 10)
+    assert more == pytest.approx(10 ** (heavy / 10) - 10 ** (none / 10), rel=1e-3)
+    assert max(loud.arrivals().surface + loud.arrivals().bottom) == 1
+    with pytest.raises(pl.CommandError, match="copy is 0, as there is but one, not 1"):
+        pl.channel(pair.world, (0, 0, -3), (9, 0, -3), copy=1)
 
 
 def test_command_prints_and_draws(tmp_path: Path) -> None:

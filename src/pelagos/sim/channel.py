@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -188,13 +190,23 @@ def channel(
 
     Raises:
         LookupFailed: no agent or sensor has this name.
-        CommandError: a place is not three finite numbers, is in the air, or both are the same.
+        CommandError: a place is not three finite numbers, is in the air, or both are the same; a number is beyond its
+            range, or the fleet has no such copy.
     """
-    _positive(frequency_hz, "frequency_hz")
     sim = where if isinstance(where, Simulation) else None
     world = sim.world if sim is not None else where
     if not isinstance(world, World):
         raise CommandError(f"channel takes a simulation or a world, not {type(where).__name__}")
+    _positive(frequency_hz, "frequency_hz")
+    if not (_is_number(shipping) and 0.0 <= shipping <= 1.0):
+        raise CommandError(f"shipping is a number from 0 (none) to 1 (heavy), not {shipping!r}")
+    if not (_is_whole(bounces) and bounces >= 0):
+        raise CommandError(f"bounces is a whole number, 0 or more, not {bounces!r}")
+    copies = 1 if sim is None else sim.n
+    if not (_is_whole(copy) and 0 <= copy < copies):
+        there = f"a whole number from 0 to {copies - 1}" if copies > 1 else "0, as there is but one"
+        raise CommandError(f"copy is {there}, not {copy!r}")
+    frequency_hz, shipping, bounces, copy = float(frequency_hz), float(shipping), int(bounces), int(copy)
     water = ocean or (sim.model.ocean if sim is not None else build_ocean(OceanConfig(), world))
     scene = sim.model.scene if sim is not None else world._scene()
     if sim is not None:
@@ -251,5 +263,14 @@ def _own_hull(sim: Simulation | None, tx: str | Sequence[float], copy: int) -> N
 
 
 def _positive(value: float, name: str) -> None:
-    if not (np.isfinite(value) and value > 0):
+    if not (_is_number(value) and value > 0):
         raise CommandError(f"{name} is a positive number, not {value!r}")
+
+
+def _is_number(value: object) -> bool:
+    """Whether it is one finite real number."""
+    return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
+
+
+def _is_whole(value: object) -> bool:
+    return not isinstance(value, bool) and isinstance(value, Integral)
