@@ -9,19 +9,26 @@ import sys
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.spatial.distance import pdist
 from scipy.stats import chi2, kstest, lognorm, loguniform, norm, poisson, uniform
 
 from pelagos.errors import WorldError
+from pelagos.world import shapes
 from pelagos.world.generate.draw import Distribution
 from pelagos.world.generate.generated import GeneratedConfig
+from pelagos.world.generate.harbour import _lie
 from pelagos.world.generate.landform import LANDFORMS
 from pelagos.world.generate.objects import KINDS
 from pelagos.world.generate.relief import fractal
 from pelagos.world.generate.scatter import Places
+from pelagos.world.generate.thing import Part, Thing, stand
+from pelagos.world.site import Site
+from pelagos.world.terrain import HeightField
 
 
 def build(**keys):
@@ -278,6 +285,30 @@ def test_things_stand_on_the_ground_and_respect_slope_and_depth():
             assert high[2] > ground - 0.2
             assert np.hypot(x, y) > 29
             assert -34 < ground < -19
+
+
+@pytest.mark.parametrize("slope", [(0.9, 0.7), (-0.6, 1.1), (0.8, -0.5), (-1.3, -0.4), (0.0, 0.9), (0.9, 0.0)])
+@pytest.mark.parametrize("follow", [1.0, 0.4])
+def test_a_thing_lies_flat_on_ground_that_slopes_both_ways(slope, follow):
+    """Corners of a plate on z = 3 + f (gx x + gy y), whatever its heading, and as far apart as ever."""
+    site = Site()
+    plate = shapes.box((2.0, 1.2, 0.4)).moved((0, 0, 0.2))
+    stand(site, Thing("plate", "rock", (Part(plate, "rock"),), follow=follow), np.array([5.0, -7.0]), 3.0, slope, 0.7)
+    corners = np.asarray(site.geometries[0].vertices, dtype=np.float64) - [5.0, -7.0, 3.0]
+    along, across = follow * slope[0], follow * slope[1]
+    height = (corners @ [-along, -across, 1.0]) / np.sqrt(along**2 + across**2 + 1.0)  # above the plane
+    assert np.allclose(np.sort(np.unique(height.round(6))), [0.0, 0.4], atol=1e-5)
+    apart = (np.sort(pdist(np.unique(v.round(5), axis=0))) for v in (corners, plate.vertices))
+    assert np.allclose(*apart, atol=1e-4)
+
+
+def test_what_lies_in_the_harbour_lies_on_its_slope():
+    """Without chance its z axis is the normal of the ground, z = 0.5 x - 0.8 y."""
+    axis = np.arange(-5.0, 6.0)
+    ground = HeightField(-5.0, -5.0, 1.0, 0.5 * axis[:, None] - 0.8 * axis)
+    chance = SimpleNamespace(normal=lambda: 0.0, uniform=lambda low, high: 0.7)
+    up = _lie(ground, np.array([0.3, -0.4]), chance)[:, 2]
+    np.testing.assert_allclose(up, np.array([-0.5, 0.8, 1.0]) / np.sqrt(0.5**2 + 0.8**2 + 1.0), atol=1e-9)
 
 
 def test_what_finds_no_room_is_said():

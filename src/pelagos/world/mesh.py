@@ -121,6 +121,13 @@ def rotation(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
     ])  # fmt: skip
 
 
+def lean(along: float, across: float) -> NDArray[np.float64]:
+    """R `(3, 3)` whose z axis is the normal of ground that rises by `along` x and `across` y [-], without a yaw of its
+    own: R_y(p) R_x(r) z = (sin p cos r, -sin r, cos p cos r) is on (-along, -across, 1)."""
+    pitch = -np.arctan(along)
+    return rotation(np.arctan(across * np.cos(pitch)), pitch, 0.0)
+
+
 def join(meshes: Sequence[Mesh]) -> Mesh:
     """One mesh of several, overlaps kept as they are."""
     starts = np.cumsum([0] + [len(m.vertices) for m in meshes[:-1]])

@@ -24,7 +24,7 @@ from pelagos.world.generate.pipeline import Pipeline, pipe_mesh, supports
 from pelagos.world.generate.quayside import add_quayside
 from pelagos.world.generate.relief import dent, fractal, ripples, smoothstep
 from pelagos.world.generate.scatter import Places
-from pelagos.world.mesh import Mesh, join, rotation
+from pelagos.world.mesh import Mesh, join, lean, rotation
 from pelagos.world.site import Site
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
@@ -325,8 +325,7 @@ def _lie(ground: HeightField, at: NDArray[np.float64], rng: np.random.Generator)
     d = 0.5
     gx = float(ground.height(at[0] + d, at[1]) - ground.height(at[0] - d, at[1])) / (2 * d)
     gy = float(ground.height(at[0], at[1] + d) - ground.height(at[0], at[1] - d)) / (2 * d)
-    slope = rotation(np.arctan(gy), -np.arctan(gx), 0.0)
-    return slope @ rotation(rng.normal() * 0.06, rng.normal() * 0.06, rng.uniform(0, 2 * np.pi))
+    return lean(gx, gy) @ rotation(rng.normal() * 0.06, rng.normal() * 0.06, rng.uniform(0, 2 * np.pi))
 
 
 def _lost_thing(k: int, rng: np.random.Generator) -> tuple[Mesh, str, str, str, float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.raycast.geometry import Geometry
-from pelagos.world.mesh import Mesh, rotation
+from pelagos.world.mesh import Mesh, lean, rotation
 from pelagos.world.site import Site
 
 
@@ -131,8 +131,7 @@ def stand(
         slope: (dz/dx, dz/dy) of the ground there.
         yaw: heading [rad].
     """
-    lean = rotation(np.arctan(slope[1] * thing.follow), -np.arctan(slope[0] * thing.follow), 0.0)
-    turn = lean @ rotation(0.0, 0.0, yaw)
+    turn = lean(slope[0] * thing.follow, slope[1] * thing.follow) @ rotation(0.0, 0.0, yaw)
     instance = site.new_instance()
     for part in thing.parts:
         site.place(
