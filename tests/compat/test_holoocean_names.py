@@ -6,6 +6,8 @@ import inspect
 import pytest
 
 from pelagos.compat import holoocean
+from pelagos.compat.holoocean.navigation_sensors import DepthSensor
+from pelagos.compat.holoocean.sensors import SensorDefinition, UnknownSensorType
 
 NAMES = {
     "": """make(scenario_name scenario_cfg gl_version window_res verbose show_viewport ticks_per_sec frames_per_sec
@@ -154,3 +156,17 @@ def test_a_flashlight_controller_takes_its_numbers_in_order_and_by_its_setters()
     controller.set_angle_pitch(-12)
     controller.set_flashlight()
     assert lamps.told == ("flashlight2", {"intensity": 700, "beam_width": 33, "angle_yaw": 5, "angle_pitch": -12})
+
+
+def test_a_scripts_own_class_replaces_no_type(monkeypatch):
+    """As in HoloOcean a class is given itself, or put into `_sensor_keys_`, before the first environment or later."""
+    own = type("OwnDepth", (DepthSensor,), {})
+    other = type("Other", (DepthSensor,), {"sensor_type": "OtherDepth"})
+    monkeypatch.setattr(SensorDefinition, "_sensor_keys_", {})
+    assert SensorDefinition("a", "SphereAgent", "s", "DepthSensor").type is DepthSensor
+    assert SensorDefinition("a", "SphereAgent", "s", own).type is own
+    with pytest.raises(UnknownSensorType, match="no sensor type 'OtherDepth'"):
+        SensorDefinition("a", "SphereAgent", "s", "OtherDepth")
+    monkeypatch.setattr(SensorDefinition, "_sensor_keys_", {"OtherDepth": other})
+    assert SensorDefinition("a", "SphereAgent", "s", "OtherDepth").type is other
+    assert SensorDefinition("a", "SphereAgent", "s", "DepthSensor").type is DepthSensor

@@ -7,6 +7,7 @@ listen or feel are native sensors. HoloOcean's statistical noise keys are drawn 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import import_module
 from typing import Any, ClassVar, Final
 
@@ -87,15 +88,25 @@ def _sensor_type(given: str | type[HoloOceanSensor]) -> type[HoloOceanSensor]:
 
 
 def sensor_types() -> dict[str, type[HoloOceanSensor]]:
-    """Every sensor type by its name."""
-    if not SensorDefinition._sensor_keys_:
-        for name in _HOMES:
-            import_module(f"pelagos.compat.holoocean.{name}")
-        found = HoloOceanSensor.__subclasses__()
-        for one in found:
-            found += one.__subclasses__()
-        SensorDefinition._sensor_keys_ |= {c.sensor_type: c for c in found if c.sensor_type}
+    """Every sensor type by its name: HoloOcean's, and what a script has put into `SensorDefinition._sensor_keys_`.
+
+    A class of a script's own is no type by being defined, as in HoloOcean: give the class itself, or put it there.
+    """
+    for name, one in _shipped().items():
+        SensorDefinition._sensor_keys_.setdefault(name, one)
     return SensorDefinition._sensor_keys_
+
+
+@cache
+def _shipped() -> dict[str, type[HoloOceanSensor]]:
+    found: dict[str, type[HoloOceanSensor]] = {}
+    for name in _HOMES:
+        home = import_module(f"pelagos.compat.holoocean.{name}")
+        for one in vars(home).values():
+            own = isinstance(one, type) and issubclass(one, HoloOceanSensor) and one.__module__ == home.__name__
+            if own and one.sensor_type:
+                found[one.sensor_type] = one
+    return found
 
 
 class SensorFactory:
