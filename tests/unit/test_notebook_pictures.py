@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import pelagos as pl
-from pelagos.drawing.notebook import map_figure, series_figure, tracks_figure
+from pelagos.drawing.notebook import map_figure, reading_picture, series_figure, tracks_figure
 from pelagos.sensors.sensor import Reading
 from pelagos.sim.replay import Recording
 
@@ -55,6 +55,26 @@ def test_every_object_has_a_picture_and_its_numbers(sim, tmp_path):
     recording = Recording(tmp_path / "short.mcap")._repr_html_()
     assert "/auv0/truth" in recording
     assert picture(recording).std() > 5
+
+
+def traces(port, starboard):
+    """The picture's columns `(bins,)` of brightness, of a reading of two traces."""
+    data = np.array([[port, starboard]])
+    reading = Reading(data, np.zeros_like(data), 0, "auv0/side", np.array([True]), {}, "sidescan")
+    return reading_picture(reading)[0].astype(int).sum(axis=-1)
+
+
+def test_what_is_missing_is_dark_whatever_the_rest_is():
+    """Port is drawn from its far end inwards; levels in decibels are negative, those of an empty band all NaN."""
+    shown = traces([-40.0, np.nan, -70.0, np.inf], [-55.0, -30.0, -np.inf, -80.0])
+    infinite, far, none, near, first, loudest, minus, faintest = shown
+    assert none == minus == faintest == shown.min()
+    assert infinite == loudest == shown.max()
+    assert far < first < near
+    assert len(set(traces([np.nan] * 4, [np.nan] * 4))) == 1
+    kept = traces([0.0, 0.5, 1.0, np.nan], [0.25, 0.75, 1.0, 0.0])
+    assert kept[0] == kept[3] == kept[7] == kept.min()
+    assert kept[4] < kept[2] < kept[5] < kept[1] == kept[6]
 
 
 def test_vehicles_lie_on_the_map_where_they_are_and_point_where_they_head(sim):

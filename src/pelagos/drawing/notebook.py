@@ -233,10 +233,13 @@ def tracks_figure(recording: Any, topics: Sequence[str]) -> Figure:
 
 
 def _levels(data: NDArray[Any]) -> NDArray[np.uint8]:
-    if float(np.nanmin(data)) >= 0 and float(np.nanmax(data)) <= 1:
-        return np.asarray(np.nan_to_num(data) * 255, dtype=np.uint8)
-    low, high = np.nanpercentile(data, [2, 99.5])
-    return np.asarray(np.clip((np.nan_to_num(data) - low) / max(float(high - low), 1e-12), 0, 1) * 255, dtype=np.uint8)
+    """Brightness: of levels from 0 to 1 as they are, of others between their percentiles; dark where there is none."""
+    known = data[np.isfinite(data)]
+    low, high = 0.0, 1.0
+    if known.size and not (float(known.min()) >= 0 and float(known.max()) <= 1):
+        low, high = (float(v) for v in np.percentile(known, [2, 99.5]))
+    whole = np.nan_to_num(data, nan=low, posinf=high, neginf=low)
+    return np.asarray(np.clip((whole - low) / max(high - low, 1e-12), 0, 1) * 255, dtype=np.uint8)
 
 
 def _image(picture: NDArray[np.uint8]) -> str:
