@@ -59,9 +59,15 @@ def draw(seed: int, count: int) -> list[Mutant]:
 
 
 def with_tests(path: Path) -> list[Mutant]:
-    """Mutants of somebody's list that names no tests, each with those that are near."""
+    """Mutants of somebody's list that names no tests, each with those that are near; of one that fits no more, none."""
     named = _Tests()
-    return [m if m.tests else replace(m, tests=named.of(m.file, m.text)) for m in read_list(path)]
+    return [m if m.tests or not _fits(m) else replace(m, tests=named.of(m.file, m.text)) for m in read_list(path)]
+
+
+def _fits(mutant: Mutant) -> bool:
+    """Whether its text stands once in its file."""
+    path = SOURCES / mutant.file
+    return path.is_file() and path.read_text().count(mutant.text) == 1
 
 
 def mistakes(source: str) -> Iterator[tuple[str, str]]:

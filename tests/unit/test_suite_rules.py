@@ -1,9 +1,11 @@
 """Rules about tests and source: skips that nobody expects fail, every mutant fits, modules and functions are small."""
 
 import ast
+import importlib
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -69,6 +71,22 @@ def test_every_mutant_fits_the_source():
     done = subprocess.run([sys.executable, ROOT / "scripts/mutants", "--check"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
     assert int(done.stdout.split()[0]) >= 200
+
+
+def test_a_list_that_fits_no_more_is_read_all_the_same(tmp_path, monkeypatch):
+    """So that each misfit is told in a line; tests are looked for where the text stands."""
+    monkeypatch.syspath_prepend(ROOT / "scripts/mutants")
+    fresh = importlib.import_module("fresh")
+    place = lambda file, text: (str((fresh.SOURCES / file).read_text().index(text)),)
+    monkeypatch.setattr(fresh, "_Tests", lambda: SimpleNamespace(of=place))
+    (tmp_path / "one.toml").write_text(
+        "[[module]]\nfile = 'errors.py'\nmutants = [['from __future__ ', 'x'], ['no such text', 'x'], ['e', 'a']]\n"
+        "[[module]]\nfile = 'no/such/file.py'\nmutants = [['a', 'b']]\n"
+    )
+    found = fresh.with_tests(tmp_path / "one.toml")
+    assert [bool(m.tests) for m in found] == [True, False, False, False]
+    with pytest.raises(ValueError, match="'no such text' stands there 0 times, not once"):
+        found[1].mutated()
 
 
 def functions(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
