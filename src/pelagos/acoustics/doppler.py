@@ -25,7 +25,7 @@ def janus_beams(tilt: float, azimuths: tuple[float, ...]) -> NDArray[np.float64]
 
 
 def heard_water(free: list[Array], reach: Array, cosine: float) -> list[Array]:
-    """Which slanted beams hear the water as far as `reach`: `Bool` each.
+    """Slanted beams that hear the water as far as `reach`: `Bool` each.
 
     A beam ends where it meets something; and on all of them side lobes bring the echo that comes straight from what
     lies nearest, level, as far along the beams as it is deep: at `cosine` times the range along the beam (Teledyne RD
