@@ -177,6 +177,19 @@ def test_slopes_are_body_velocities():
     np.testing.assert_allclose(record.slopes["r"][inside], 0.25, rtol=1e-9)
 
 
+@pytest.mark.parametrize("steps", range(3, 42))
+def test_a_stretch_as_long_as_a_parabola_is_enough_and_a_shorter_one_is_none(steps):
+    """A parabola of `steps` has the odd number of rows nearest to it; its slope of t^2 is 2 t in every row."""
+    h, plan = 0.05, load_plan({**PLAN, "smooth_s": 0.05 * steps})
+    rows = max(11, next(n for n in (steps, steps + 1) if n % 2))
+    data = {k: v[:rows] for k, v in table(50).items()}
+    t = data["t"] = h * np.arange(rows)
+    data["psi"] = t**2 + 0.3 * t
+    np.testing.assert_allclose(read_record(data, plan).slopes["r"], 2 * t + 0.3, atol=1e-9)
+    with pytest.raises(InputError, match=r"no stretch of the record is longer than"):
+        read_record({k: v[:-1] for k, v in data.items()}, plan)
+
+
 def test_csv_names_the_line(tmp_path):
     good = "t,x,psi,n1\n" + "".join(f"{k / 20},{k},{0.01 * k},1\n" for k in range(40))
     path = tmp_path / "run.csv.gz"

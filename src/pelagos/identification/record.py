@@ -22,6 +22,7 @@ from pelagos.identification.table import Table, numeric, read_table
 _LONGEST_STEP_S: Final = 0.1
 _FINEST: Final = 1e-3  # of the spacing of rows: a shorter step of the simulation is a slip of the unit
 _NEAR: Final = 0.01  # of a step: moments as far apart are one
+_FEWEST: Final = 11  # rows of a stretch that is used
 _SHOWN: Final = 3  # places of a fault that a message names
 
 
@@ -207,7 +208,7 @@ def _gridded(
         name: x[np.clip(np.searchsorted(t, grid + _NEAR * h, side="right") - 1, 0, len(x) - 1)]
         for name, (t, x) in commands.items()
     }
-    least = max(10, round(plan.smooth_s / h))
+    least = max(_FEWEST, _window(plan.smooth_s, h)) - 1
     runs = _runs(there & used, least)
     if not runs:
         delayed = any(c.delay_s for c in (*plan.columns.values(), *plan.commands.values()))
@@ -260,11 +261,16 @@ def _runs(there: NDArray[np.bool_], least: int) -> tuple[tuple[int, int], ...]:
     return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > least)
 
 
+def _window(smooth_s: float, h: float) -> int:
+    """Rows of a parabola: the odd number nearest to its length in steps, five or more."""
+    return max(5, 2 * int(smooth_s / h / 2 + _NEAR) + 1)
+
+
 def _slopes(
     measured: Mapping[str, NDArray[np.float64]], runs: tuple[tuple[int, int], ...], h: float, smooth_s: float
 ) -> dict[str, NDArray[np.float64]]:
     """Velocities in body axes from slopes of the pose: parabolas through `smooth_s` of it (Savitzky and Golay 1964)."""
-    window = max(5, 2 * round(smooth_s / h / 2) + 1)
+    window = _window(smooth_s, h)
     size = len(next(iter(measured.values())))
     rate: dict[str, NDArray[np.float64]] = {}
     for name in COORDINATES[:6]:
