@@ -11,8 +11,9 @@ from typer.testing import CliRunner
 
 import pelagos as pl
 from pelagos.cli.main import app
-from pelagos.errors import InputError, PelagosWarning
-from pelagos.identification.noise import allan_deviation, even_rate, fit_beams, fit_noise, keys_of
+from pelagos.errors import InputError, LookupFailed, PelagosWarning
+from pelagos.identification.noise import SensorNoise, Term, allan_deviation, even_rate, fit_beams, fit_noise, keys_of
+from pelagos.identification.noise_keys import keys_at_rest, reading_of
 
 
 def test_the_measure_itself_on_the_nbs_set():
@@ -230,7 +231,7 @@ def test_beams_that_are_lost_or_in_another_unit_are_told():
     [
         (["--columns", ","], "names no column"),
         (["--columns", "t"], "t is the time"),
-        (["--columns", "gx", "--prefix", "gyro scope"], "letters, digits and _ alone"),
+        (["--columns", "gx", "--prefix", "gyro scope"], "unknown prefix 'gyro scope' (did you mean 'gyroscope_'?)"),
         (["--beams", "a,b,c,d", "--prefix", "x_"], "belong to --columns"),
         (["--beams", "a,b,c,d", "--time", "t"], "belong to --columns"),
     ],
@@ -244,3 +245,249 @@ def test_options_that_cannot_be_are_told(options, said, tmp_path):
     assert said in str(done.exception)
     good = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gx", "--time-unit", "ms"])
     assert "300 samples, 100 a second: 3 s" in good.output
+
+
+AXES = np.stack([0.5 * np.cos(np.radians([45, 135, 225, 315])), 0.5 * np.sin(np.radians([45, 135, 225, 315])),
+                 -0.87 * np.ones(4)], -1)  # fmt: skip
+
+
+def pings(n: int, noise: float, relative: float, speed: float, seed: int) -> np.ndarray:
+    """Beams of a log that goes to and fro on all axes."""
+    random, t = np.random.default_rng(seed), np.arange(n)
+    velocity = speed * np.stack([np.sin(t / 37), 0.6 * np.cos(t / 23), 0.05 * np.sin(t / 11)], -1)
+    beams = velocity @ AXES.T
+    return beams + np.sqrt(noise**2 + (relative * beams) ** 2) * random.normal(size=beams.shape)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.004, 0.02, 0.2])
+def test_a_log_at_rest_or_slow_shows_its_noise_at_rest_and_no_other(speed):
+    """4 mm/s from 2 000 pings, whose variance is known to sqrt(2/2000) = 3 %, and 1 % of a speed, which it hides."""
+    found = fit_beams(list(pings(2000, 0.004, 0.01, speed, 3).T))
+    assert found.noise_mps == pytest.approx(0.004, rel=0.05)
+    assert found.noise_relative == 0.0
+    assert found.most_relative > 0.01
+    assert found.most_mps > 0.004
+    assert found.speed_mps == pytest.approx(np.sqrt(0.004**2 + speed**2 * 1.36 / 16), rel=0.1)
+
+
+@pytest.mark.parametrize(("noise", "relative"), [(0.003, 0.0), (0.0, 0.012), (0.003, 0.012)])
+def test_a_log_under_way_shows_what_is_there(noise, relative):
+    """5 000 pings at up to 2 m/s; bounds at 3 standard deviations."""
+    found = fit_beams(list(pings(5000, noise, relative, 2.0, 11).T))
+    assert found.noise_mps == pytest.approx(noise, rel=0.1)
+    assert found.noise_relative == pytest.approx(relative, rel=0.1)
+    assert noise <= found.most_mps < noise + 0.002
+    assert relative <= found.most_relative < relative + 0.006
+
+
+def test_a_steady_speed_does_not_part_the_noises():
+    """All noise of one speed is taken for that at rest: sqrt(0.003^2 + (0.02 x 0.5)^2) along every beam."""
+    random = np.random.default_rng(5)
+    beams = 0.5 * np.array([1, 1, 1, 1.0]) + np.hypot(0.003, 0.02 * 0.5) * random.normal(size=(3000, 4))
+    found = fit_beams(list(beams.T))
+    assert (found.noise_mps, found.noise_relative) == (pytest.approx(np.hypot(0.003, 0.01), rel=0.05), 0.0)
+    assert found.most_relative > 0.02
+
+
+@pytest.mark.parametrize("flag", [-32.768, 32.767, 9.999, -99.99, 12.5])
+@pytest.mark.parametrize("speed", [0.0, 1.5])
+def test_numbers_that_say_that_a_beam_is_lost_are_named_and_left_out(flag, speed):
+    beams = pings(3000, 0.004, 0.01, speed, 2)
+    without = fit_beams(list(beams.T))
+    lost = np.random.default_rng(1).random(beams.shape) < [0.1, 0.0, 0.03, 0.0]
+    lost[40:60] = True
+    flagged = np.where(lost, flag, beams)
+    said = f"{flag:g} is taken for the sign of a lost beam: beam 1 in {lost[:, 0].sum()} pings, beam 2 in 20 pings, "
+    with pytest.warns(PelagosWarning, match="^" + re.escape(said)):
+        found = fit_beams(list(flagged.T))
+    assert found.lost == pytest.approx(lost.mean(axis=0))
+    assert found.noise_mps == pytest.approx(without.noise_mps, rel=0.05)
+    empty = fit_beams(list(np.where(lost, np.nan, beams).T))
+    assert (found.noise_mps, found.noise_relative) == (empty.noise_mps, empty.noise_relative)
+
+
+def test_two_flags_are_both_left_out_and_fast_beams_are_none():
+    beams = np.round(pings(3000, 0.004, 0.01, 1.5, 2), 3)  # written to 1 mm/s, so that the largest may occur twice
+    beams[7, 1] = 9.999  # known, once is enough
+    beams[[9, 80, 81], 2] = -50.0
+    with pytest.warns(PelagosWarning) as told:
+        found = fit_beams(list(beams.T))
+    assert [str(w.message).split(" is")[0] for w in told] == ["-50", "9.999"]
+    assert found.pings == 2996
+    beams = beams[100:]
+    beams[1000:1002, 0] = 1.1 * beams.max()  # a gust, twice the same
+    assert fit_beams(list(beams.T)).pings == 2900
+
+
+@pytest.mark.parametrize("step", [0.02, 0.04])
+def test_rounding_is_not_counted_as_white_noise(step):
+    """A simulated sensor adds it by itself: noise of 0.02, one step or half of one, in 200 000 samples."""
+    x = 0.02 * np.random.default_rng(3).normal(size=200_000) + 0.0123
+    found = fit_noise(np.round(x / step) * step, 50.0)
+    assert found.resolution == pytest.approx(step)
+    assert found.white.value == pytest.approx(0.02 / np.sqrt(50), rel=0.02)
+    assert found.white.visible
+
+
+def test_noise_below_half_a_step_is_called_a_guess():
+    x = np.round(0.3 * np.random.default_rng(3).normal(size=20_000) + 0.31)
+    with pytest.warns(
+        PelagosWarning, match=r"gx: white noise of 0\.\d+ a sample is less than half of the output's step 1,"
+    ):
+        fit_noise(x, 50.0, label="gx: ")
+
+
+SCENARIO = """
+world: {type: flat, depth_m: 30}
+agents:
+  auv0:
+    vehicle: bluerov2
+    start: {position_m: [0, 0], depth_m: 5}
+    sensors:
+      it:
+        type: TYPE
+"""
+
+
+@pytest.fixture(scope="module")
+def columns(tmp_path_factory):
+    """Records of an IMU in deg/s and g, of a depth in m, and of a velocity log."""
+    random = np.random.default_rng(21)
+    n = 6000
+    gyro = random.normal(size=(n, 3)) * 0.02 + [0.001, -0.002, 0.003]
+    force = np.round((random.normal(size=(n, 3)) * 0.004 + [0.1, -0.05, 0.99]) / 0.002) * 0.002
+    depth = random.normal(size=(n, 1)) * 0.01 + 3
+    rows = np.column_stack([np.arange(n) / 50, gyro, force, depth, pings(n, 0.004, 0.01, 1.5, 6)])
+    path = tmp_path_factory.mktemp("noise") / "record.csv"
+    np.savetxt(path, rows, "%.9g", ",", header="t,gx,gy,gz,ax,ay,az,d,b1,b2,b3,b4", comments="")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("sensor", "options", "expected"),
+    [
+        ("imu", ["--columns", "gx,gy,gz", "--prefix", "gyroscope_", "--unit", "deg/s"],
+         {"gyroscope_noise_density": (np.radians(0.02) / np.sqrt(50), "rad/s/sqrt(Hz)")}),
+        ("imu", ["--columns", "ax,ay,az", "--prefix", "accelerometer_", "--unit", "g"],
+         {"accelerometer_noise_density": (0.004 * 9.80665 / np.sqrt(50), "m/s^2/sqrt(Hz)"),
+          "accelerometer_resolution": (0.002 * 9.80665, "m/s^2")}),
+        ("depth", ["--columns", "d", "--sensor", "depth"], {"noise_density": (0.01 / np.sqrt(50), "m/sqrt(Hz)")}),
+        ("dvl", ["--beams", "b1,b2,b3,b4"], {"noise_mps": (0.004, "m/s"), "noise_relative": (0.01, "1")}),
+    ],
+)  # fmt: skip
+def test_what_is_printed_goes_into_a_scenario(sensor, options, expected, columns, tmp_path):
+    """Every line under a sensor of its type; 6 000 samples know a white noise to 1 %, beams to 2.7 %; three of it."""
+    done = CliRunner().invoke(app, ["fit-noise", str(columns), *options])
+    assert done.exit_code == 0, done.output
+    lines = done.output.splitlines()
+    yaml = lines[lines.index(f"# of a sensor with type: {sensor}") :]
+    file = tmp_path / "scenario.yaml"
+    file.write_text(SCENARIO.replace("TYPE", sensor) + "".join(f"        {line}\n" for line in yaml), encoding="utf-8")
+    assert CliRunner().invoke(app, ["check", str(file)]).exit_code == 0
+    config = pl.load_scenario(file).agents["auv0"].sensors["it"]
+    for key, (value, unit) in expected.items():
+        assert getattr(config, key) == pytest.approx(value, rel=0.08), key
+        assert any(line.startswith(f"{key}: ") and f"  # [{unit}]" in line for line in yaml), key
+    printed = json.loads(CliRunner().invoke(app, ["fit-noise", str(columns), *options, "--json"]).output)
+    assert printed["sensor"] == sensor
+    assert printed["keys"].keys() == printed["units"].keys() >= expected.keys()
+    assert all(getattr(config, k) == pytest.approx(v, rel=1e-3) for k, v in printed["keys"].items())
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--columns", "gx", "--prefix", "gyro_"], "unknown prefix 'gyro_' (did you mean 'gyroscope_'?)"),
+        (["--columns", "gx", "--prefix", "gyroscope_", "--unit", "deg"], "unknown unit 'deg' (did you mean 'deg/s'?)"),
+        (["--columns", "gx", "--unit", "deg/s"], "--unit deg/s: say of what"),
+        (["--columns", "gx", "--sensor", "imu"], "several readings: say --prefix accelerometer_ or gyroscope_"),
+        (["--columns", "gx", "--sensor", "dvl"], "no key for a noise density"),
+        (["--columns", "gx", "--sensor", "dept"], "unknown sensor 'dept' (did you mean 'depth'?)"),
+        (["--beams", "b1,b2,b3,b4", "--sensor", "dvl"], "belong to --columns: beams are in m/s"),
+    ],
+)
+def test_keys_that_no_sensor_has_are_refused(options, said, columns):
+    done = CliRunner().invoke(app, ["fit-noise", str(columns), *options])
+    assert isinstance(done.exception, InputError)
+    assert said in str(done.exception)
+
+
+def test_gravity_in_another_unit_is_warned_of(columns):
+    options = ["fit-noise", str(columns), "--columns", "ax,ay,az", "--prefix", "accelerometer_"]
+    with pytest.warns(PelagosWarning, match=r"means of three accelerometers make 0\.9963 m/s\^2 .* say --unit g"):
+        CliRunner().invoke(app, options)
+    CliRunner().invoke(app, [*options, "--unit", "g"], catch_exceptions=False)
+
+
+@pytest.mark.parametrize(
+    ("begin", "said"), [(b"\x89MCAP0\r\n", "is a recording, whose name must end in .mcap"), (b"", "no text in UTF-8")]
+)
+def test_files_that_are_no_text_are_told(begin, said, tmp_path):
+    file = tmp_path / "it.csv"
+    file.write_bytes(begin + bytes(range(128, 256)))
+    with pytest.raises(InputError, match=said):
+        CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gx"], catch_exceptions=False)
+
+
+def test_a_recording_is_read_by_topic_and_field(tmp_path):
+    """A gyroscope's and a log's own noise, from 8 s of them: white noise of three axes to sqrt(1/600) = 4 %."""
+    agent = {
+        "vehicle": "bluerov2", "control": "acceleration", "start": {"position_m": [0, 0], "depth_m": 5},
+        "sensors": {"imu": {"type": "imu", "rate_hz": 25, "gyroscope_noise_density": 0.003},
+                    "dvl": {"type": "dvl", "rate_hz": 50, "noise_mps": 0.02}},
+    }  # fmt: skip
+    scenario = {"tick_rate_hz": 50, "duration_s": 8.5, "world": {"type": "flat", "depth_m": 14}, "agents": {"a": agent}}
+    (tmp_path / "it.yaml").write_text(json.dumps(scenario), encoding="utf-8")
+    assert CliRunner().invoke(app, ["run", str(tmp_path / "it.yaml"), "--out", str(tmp_path / "out")]).exit_code == 0
+    file = str(tmp_path / "out" / "mission.mcap")
+    gyroscope = ",".join(f"/a/imu/data_raw.angular_velocity.{k}" for k in "xyz")
+    found = json.loads(
+        CliRunner().invoke(app, ["fit-noise", file, "--columns", gyroscope, "--prefix", "gyroscope_", "--json"]).output
+    )
+    assert found["rate_hz"] == pytest.approx(25)
+    assert found["keys"]["gyroscope_noise_density"] == pytest.approx(0.003, rel=0.12)
+    beams = ",".join(f"/a/dvl/dvl.beam_velocity.{k}" for k in range(4))
+    log = json.loads(CliRunner().invoke(app, ["fit-noise", file, "--beams", beams, "--json"]).output)
+    assert log["keys"]["noise_mps"] == pytest.approx(0.02, rel=0.15)
+    for wrong, said in (
+        ("gx", "a column is a topic and its fields"),
+        ("/a/imu/data_raw.angular_velocity.x,/a/truth.twist.twist.angular.x", "of topics with other times"),
+    ):
+        done = CliRunner().invoke(app, ["fit-noise", file, "--columns", wrong])
+        assert said in str(done.exception)
+
+
+def test_every_unit_of_a_sensor_is_its_definition():
+    """A degree is pi/180, an hour 3600 s, g 9.80665 m/s^2, a gauss 1e-4 T, a knot 1852 m an hour."""
+    expected = {
+        ("gyroscope_", "imu"): {"rad/s": 1, "mrad/s": 1e-3, "deg/s": np.pi / 180, "deg/h": np.pi / 180 / 3600},
+        ("accelerometer_", "imu"): {"m/s^2": 1, "m/s2": 1, "g": 9.80665, "mg": 9.80665e-3},
+        ("", "magnetometer"): {"T": 1, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
+        ("", "depth"): {"m": 1, "cm": 0.01, "mm": 0.001},
+        ("", "sound_velocity"): {"m/s": 1, "cm/s": 0.01, "mm/s": 0.001, "kn": 1852 / 3600},
+        ("pressure_", "ctd"): {"dbar": 1, "bar": 10, "mbar": 0.01, "kPa": 0.1, "Pa": 1e-4},
+        ("conductivity_", ""): {"S/m": 1, "mS/cm": 0.1, "uS/cm": 1e-4},
+        ("", "turbidity"): {"NTU": 1},
+    }
+    for (prefix, sensor), units in expected.items():
+        reading = reading_of(prefix, sensor)
+        for unit, factor in units.items():
+            assert reading.factor(unit) == pytest.approx(factor, rel=1e-12), unit
+        assert reading.factor("") == 1
+        with pytest.raises(LookupFailed) as told:
+            reading.factor("furlong")
+        assert set(told.value.known) == units.keys()
+
+
+def test_terms_have_the_units_and_keys_of_their_sensor():
+    terms = [Term(0.2, True), Term(0.03, True), Term(0.004, True)]
+    noise = SensorNoise(*terms, 0.5, 0.0, 1.0, np.ones(1), np.ones(1), 10.0, 300)
+    lines = [key.line for key in keys_at_rest({"x": noise}, reading_of("gyroscope_"))]
+    assert lines == [
+        "gyroscope_noise_density: 0.2  # [rad/s/sqrt(Hz)]", "gyroscope_bias_instability: 0.03  # [rad/s]",
+        "gyroscope_random_walk: 0.004  # [rad/s/sqrt(s)]", "gyroscope_resolution: 0.5  # [rad/s]",
+    ]  # fmt: skip
+    assert [key.line for key in keys_at_rest({"x": noise}, reading_of("", "magnetometer"))] == [
+        "noise_density: 0.2  # [T/sqrt(Hz)]", "# bias instability 0.03 [T]: magnetometer has no key for it",
+        "# random walk 0.004 [T/sqrt(s)]: magnetometer has no key for it", "resolution_t: 0.5  # [T]",
+    ]  # fmt: skip

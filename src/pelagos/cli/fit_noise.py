@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import out as console
-from pelagos.errors import InputError, LookupFailed
+from pelagos.errors import InputError, LookupFailed, PelagosWarning
+from pelagos.math.constants import GRAVITY
+
+if TYPE_CHECKING:
+    from pelagos.identification.noise import SensorNoise
+    from pelagos.identification.noise_keys import Key, Reading
 
 
 class TimeUnit(StrEnum):
@@ -38,7 +45,7 @@ def enter(app: typer.Typer) -> None:
 
 
 def fit_noise(
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="A record: .csv or .csv.gz.", show_default=False)],
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="A record: .csv, .csv.gz or .mcap.", show_default=False)],
     columns: Annotated[str, typer.Option(metavar="A,B", help="Of a sensor at rest.", show_default=False)] = "",
     beams: Annotated[
         str, typer.Option(metavar="A,B,C,D", help="Of a velocity log, in order around.", show_default=False)
@@ -50,49 +57,147 @@ def fit_noise(
     prefix: Annotated[
         str, typer.Option(metavar="TEXT", help="Of the keys, such as gyroscope_.", show_default=False)
     ] = "",
+    sensor: Annotated[
+        str, typer.Option(metavar="TYPE", help="Whose keys, where they have no prefix.", show_default=False)
+    ] = "",
+    unit: Annotated[
+        str, typer.Option(metavar="UNIT", help="Of the columns, such as deg/s or g; else that of the keys.")
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Identify a sensor's noise: Allan deviation at rest, or beams of a velocity log on its way; as keys."""
-    from pelagos.identification.noise import even_rate, keys_of
-    from pelagos.identification.noise import fit_noise as fitted
-    from pelagos.identification.plan import UNIT_SCALES
-    from pelagos.identification.table import read_table
-
     if bool(columns) == bool(beams):
         raise InputError("give --columns of a sensor at rest, or --beams of a velocity log")
     if beams:
-        if time or prefix or time_unit != TimeUnit.s:
-            raise InputError("--time, --time-unit and --prefix belong to --columns: beams need no time")
-        _show_beams(read_table(data, _names(beams)), _names(beams), data, as_json)
+        if time or prefix or sensor or unit or time_unit != TimeUnit.s:
+            raise InputError(
+                "--time, --time-unit, --prefix, --sensor and --unit belong to --columns: beams are in m/s, need no "
+                "time, and have the keys of a dvl"
+            )
+        _show_beams(data, _names(beams), as_json)
         return
-    if prefix and not prefix.isidentifier():
-        raise InputError(f"--prefix {prefix!r}: keys have letters, digits and _ alone, such as gyroscope_")
     names, time = _names(columns), time or "t"
     if time in names:
         raise InputError(f"{columns}: {time} is the time; name columns of the sensor")
-    series = _chosen(read_table(data, [time, *names]), [time, *names], data)
+    reading = _reading(prefix, sensor, unit)
+    factor = reading.factor(unit) if reading else 1.0
+    rate, found = _fitted(data, names, time, time_unit, factor)
+    if reading and reading.prefix == "accelerometer_":
+        _weigh(list(found.values()), data)
+    if as_json:
+        console.print_json(json.dumps(_as_data(rate, found, reading)))
+        return
+    samples = next(iter(found.values())).samples
+    console.print(f"{samples} samples, {rate:.6g} a second: {samples / rate:.4g} s", markup=False)
+    x = reading.unit if reading else "x"
+    shown = Table(box=None)
+    for head in (
+        "axis",
+        f"white [{x}/sqrt(Hz)]",
+        f"bias instability [{x}]",
+        f"random walk [{x}/sqrt(s)]",
+        f"mean [{x}]",
+    ):
+        shown.add_column(escape(head), justify="left" if head == "axis" else "right", overflow="fold")
+    for name, n in found.items():
+        told = []
+        for k, term in enumerate(getattr(n, t) for t in _TERMS):
+            told.append(f"{term.value:.4g}" if term.visible else f"not seen, < {_bound(n, k):.2g}")
+        shown.add_row(escape(name), *told, f"{n.mean:.4g}")
+    console.print(shown)
+    _print_keys(found, reading)
+
+
+def _reading(prefix: str, sensor: str, unit: str) -> Reading | None:
+    """Whose keys are asked for; None where nothing says it."""
+    from pelagos.identification.noise_keys import reading_of
+
+    if not (prefix or sensor):
+        if unit:
+            raise InputError(f"--unit {unit}: say of what, with --prefix gyroscope_, accelerometer_, or --sensor TYPE")
+        return None
+    with _named("--prefix" if prefix and not sensor else "--sensor"):
+        return reading_of(prefix, sensor)
+
+
+def _fitted(
+    data: Path, names: list[str], time: str, time_unit: TimeUnit, factor: float
+) -> tuple[float, dict[str, SensorNoise]]:
+    """Rate [Hz] and noise of columns, in units of `factor`."""
+    from pelagos.identification.noise import even_rate
+    from pelagos.identification.noise import fit_noise as fitted
+    from pelagos.identification.plan import UNIT_SCALES
+
+    series = _chosen(_table(data, [time, *names]), [time, *names], data)
     with _named(str(data)):
         rate = even_rate(series[0] * UNIT_SCALES[time_unit.value])
     found = {}
     for name, x in zip(names, series[1:], strict=True):
         with _named(f"{data}: column {name!r}"):
-            found[name] = fitted(x, rate, label=f"{data}: column {name!r}: ")
-    keys = keys_of(found, prefix)
-    if as_json:
-        axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
-        console.print_json(json.dumps({"rate_hz": rate, "axes": axes, "keys": keys}))
+            found[name] = fitted(x * factor, rate, label=f"{data}: column {name!r}: ")
+    return rate, found
+
+
+def _table(data: Path, names: list[str]) -> Any:
+    """Columns of a file by name; of a recording those of one topic, in its own messages."""
+    if data.suffix == ".mcap":
+        from pelagos.identification.recording import read_topic
+
+        return read_topic(data, names)
+    from pelagos.identification.table import read_table
+
+    return read_table(data, names)
+
+
+def _weigh(axes: list[SensorNoise], data: Path) -> None:
+    """Warn of three accelerometers at rest that do not feel gravity as it is."""
+    if len(axes) != 3:
         return
-    console.print(f"{len(series[0])} samples, {rate:.6g} a second: {len(series[0]) / rate:.4g} s", markup=False)
-    shown = Table(box=None)
-    for head in ("axis", "white [x/sqrt(Hz)]", "bias instability [x]", "random walk [x/sqrt(s)]", "mean [x]"):
-        shown.add_column(head, justify="left" if head == "axis" else "right")
-    for name, n in found.items():
-        told = []
-        for k, term in enumerate(getattr(n, t) for t in _TERMS):
-            told.append(f"{term.value:.4g}" if term.visible else f"not seen, < {_bound(n, k):.2g}")
-        shown.add_row(name, *told, f"{n.mean:.4g}")
-    console.print(shown)
-    _print_keys(keys)
+    felt = sum(n.mean**2 for n in axes) ** 0.5
+    if felt > 0.05 * GRAVITY and abs(felt / GRAVITY - 1) > 0.05:
+        warnings.warn(
+            f"{data}: the means of three accelerometers make {felt:.4g} m/s^2 together, and gravity is {GRAVITY:g}: "
+            "say --unit g or mg, if that is theirs",
+            PelagosWarning,
+            stacklevel=2,
+        )
+
+
+def _as_data(rate: float, found: dict[str, SensorNoise], reading: Reading | None) -> dict[str, Any]:
+    axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
+    seen = {n: {k: getattr(v, k).visible for k in _TERMS} for n, v in found.items()}
+    made: dict[str, Any] = {"rate_hz": rate, "axes": axes, "seen": seen}
+    if reading is None:
+        from pelagos.identification.noise import keys_of
+
+        return {**made, "keys": keys_of(found, "")}
+    from pelagos.identification.noise_keys import keys_at_rest
+
+    return {**made, "sensor": reading.sensor, **_keys_as_data(keys_at_rest(found, reading))}
+
+
+def _keys_as_data(keys: list[Key]) -> dict[str, Any]:
+    told = [k for k in keys if k.key and k.value is not None]
+    return {"keys": {k.key: k.value for k in told}, "units": {k.key: k.unit for k in told}}
+
+
+def _print_keys(found: dict[str, SensorNoise], reading: Reading | None) -> None:
+    if reading is None:
+        console.print(
+            "x: the unit of the columns. For keys of a simulated sensor say --prefix gyroscope_ or accelerometer_, or "
+            "--sensor depth, magnetometer and the like",
+            markup=False,
+        )
+        return
+    from pelagos.identification.noise_keys import keys_at_rest
+
+    _print_yaml(reading.sensor, keys_at_rest(found, reading))
+    console.print("# a mean has no key: *bias_std is its spread from run to run", markup=False)
+
+
+def _print_yaml(sensor: str, keys: list[Key]) -> None:
+    """Lines to put under a sensor of a scenario."""
+    console.print(f"# of a sensor with type: {sensor}", *(k.line for k in keys), sep="\n", markup=False)
 
 
 def _bound(noise: Any, term: int) -> float:
@@ -105,22 +210,23 @@ def _bound(noise: Any, term: int) -> float:
     return float((noise.allan / np.sqrt(shape)).min())
 
 
-def _show_beams(table: Any, names: list[str], data: Path, as_json: bool) -> None:
+def _show_beams(data: Path, names: list[str], as_json: bool) -> None:
     from pelagos.identification.noise import fit_beams
+    from pelagos.identification.noise_keys import keys_of_beams
 
     with _named(str(data)):
-        found = fit_beams(_chosen(table, names, data))
-    keys = {"noise_mps": found.noise_mps, "noise_relative": found.noise_relative}
+        found = fit_beams(_chosen(_table(data, names), names, data))
+    keys = keys_of_beams(found)
     if as_json:
-        console.print_json(json.dumps({"keys": keys, "lost": found.lost, "pings": found.pings}))
+        shown = {"lost": found.lost, "pings": found.pings, "speed_mps": found.speed_mps}
+        most = {"noise_mps": found.most_mps, "noise_relative": found.most_relative}
+        console.print_json(json.dumps({**_keys_as_data(keys), "most": most, "sensor": "dvl", **shown}))
         return
     lost = ", ".join(f"{n} {100 * x:.2g} %" for n, x in zip(names, found.lost, strict=True))
     console.print(f"{found.pings} pings with four beams; lost: {lost}", markup=False)
-    _print_keys(keys)
-
-
-def _print_keys(keys: dict[str, float]) -> None:
-    console.print("\n".join(f"{k}: {v:.4g}" for k, v in keys.items()), markup=False)
+    _print_yaml("dvl", keys)
+    if any(found.lost):
+        console.print("# lost beams have no key: a dvl loses them by its range_max_m, tilt and bottom", markup=False)
 
 
 @contextmanager
@@ -128,8 +234,10 @@ def _named(where: str) -> Iterator[None]:
     """Put the place before complaints about numbers."""
     try:
         yield
-    except LookupFailed:
-        raise
+    except LookupFailed as error:
+        if error.where:
+            raise
+        raise LookupFailed(error.kind, error.given, error.known, where=where) from None
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

@@ -1,11 +1,14 @@
 """Noise of a sensor from its own record: the terms of its Allan deviation, and of a velocity log's beams.
 
 Sources: IEEE Std 952-1997, Annex C (terms of the Allan variance); D. A. Howe, D. W. Allan, J. A. Barnes, "Properties of
-signal sources and measurement methods", Proc. 35th Annual Symposium on Frequency Control (1981) (overlapping samples).
+signal sources and measurement methods", Proc. 35th Annual Symposium on Frequency Control (1981) (overlapping samples);
+W. R. Bennett, "Spectra of quantized signals", Bell System Technical Journal 27 (1948) (rounding to steps of q adds
+white noise of the variance q^2/12).
 """
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,13 +34,22 @@ _UNLIKE: Final = 0.5
 curve is known to a tenth."""
 _KNOWN: Final = 50  # clusters that know the curve to a tenth (IEEE Std 952-1997, equation C.20)
 _OUTLIER: Final = 30.0  # of the median change from sample to sample: normal noise changes by 7 of it once in 1e6
+_COARSE: Final = 0.5
+"""Standard deviation of normal noise, in steps of the output, from which rounding adds a twelfth of the step's square
+to its variance, to 3 %, wherever its mean lies."""
 _LONG_S: Final = 5.0  # between samples: of a slow sensor, or of a clock in another unit
 _ZEROS: Final = 0.005  # share of pings
 _STRAY: Final = 10.0  # standard deviations
+_ALONE: Final = 0.5  # of the range of all other readings
+_FLAGS: Final = re.compile(r"0*(3276[78]|9{3,})0*")
+"""Digits of the ends of 16 bits, and of nines."""
 _UNEVEN: Final = 0.02
 _REWEIGHTED: Final = 6
 _AROUND: Final = np.array([1.0, -1.0, 1.0, -1.0])
 """Signs of beams in order around the vertical that leave nothing of a velocity."""
+_OTHERS: Final = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0]])
+"""Signs of the other sums, each with the noise of the first and independent of it."""
+_CERTAIN: Final = 3.0  # standard deviations
 _SHOWN: Final = 3
 
 
@@ -54,8 +66,9 @@ class SensorNoise:
     """Terms of a sensor's noise, with the unit x of its reading.
 
     Attributes:
-        white: density [x/sqrt(Hz)]; bias_instability: B, the curve's floor is 0.664 B [x]; random_walk: [x/sqrt(s)];
-            resolution: step of the output [x], 0 where none is seen; mean, deviation of all samples [x].
+        white: density without that of rounding [x/sqrt(Hz)]; bias_instability: B, the curve's floor is 0.664 B [x];
+            random_walk: [x/sqrt(s)]; resolution: step of the output [x], 0 where none is seen; mean, deviation of all
+            samples [x].
         tau, allan: averaging times [s] and Allan deviations [x], `(n,)`; rate: [Hz]; samples.
     """
 
@@ -76,12 +89,17 @@ class BeamNoise:
     """Noise of one beam of a four-beam velocity log.
 
     Attributes:
-        noise_mps: at rest [m/s]; noise_relative: in parts of the speed along the beam; lost: share of pings without it,
-            by beam `(4,)`; pings: with all four.
+        noise_mps: at rest [m/s]; noise_relative: in parts of the speed along the beam; 0 where the record shows none.
+        most_mps, most_relative: what they may be at most, 3 standard deviations above what was found.
+        speed_mps: root mean square along the beams [m/s].
+        lost: share of pings without it, by beam `(4,)`; pings: with all four.
     """
 
     noise_mps: float
     noise_relative: float
+    most_mps: float
+    most_relative: float
+    speed_mps: float
     lost: tuple[float, ...]
     pings: int
 
@@ -151,15 +169,24 @@ def fit_noise(values: Floats, rate_hz: float, *, label: str = "") -> SensorNoise
     squares = nnls(terms * weight[:, None], deviation**2 * weight)[0]
     unsure = np.sqrt(2 / (len(values) / counts - 1))  # of an Allan variance, relative: IEEE Std 952-1997, equation C.20
     seen = (terms * squares / deviation[:, None] ** 2 > np.maximum(_VISIBLE, _SURE * unsure)[:, None]).any(axis=0)
-    white, floor, walk = (Term(float(np.sqrt(s)), bool(v)) for s, v in zip(squares, seen, strict=True))
+    step = _step_of(values)
+    rounding = step**2 / 12 / rate_hz  # white as well, and the sensor adds it by itself where it has this resolution
+    own = np.maximum(squares - [rounding, 0.0, 0.0], 0.0)
+    white, floor, walk = (Term(float(np.sqrt(s)), bool(v and s > 0)) for s, v in zip(own, seen, strict=True))
     off = np.log(deviation / np.sqrt(np.maximum(terms @ squares, 1e-300)))
-    for text in _doubts(values, rate_hz, tau, np.where(counts <= len(values) / _KNOWN, off, 0.0)):
+    doubts = [*_doubts(values, rate_hz, tau, np.where(counts <= len(values) / _KNOWN, off, 0.0))]
+    if seen[0] and own[0] * rate_hz < (_COARSE * step) ** 2:
+        doubts.append(
+            f"white noise of {np.sqrt(own[0] * rate_hz):.2g} a sample is less than half of the output's step "
+            f"{step:.3g}, which hides its size: take it for a guess"
+        )
+    for text in doubts:
         warnings.warn(label + text, PelagosWarning, stacklevel=2)
     return SensorNoise(
         white,
         floor,
         walk,
-        _step_of(values),
+        step,
         float(values.mean()),
         float(values.std()),
         tau,
@@ -202,7 +229,9 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     """Noise of a Janus log's beams while it moves as it likes.
 
     Of four beams in order around the vertical, b1 - b2 + b3 - b4 = 0 for any velocity: what is left is noise, with the
-    variance 4 noise^2 + relative^2 (b1^2 + b2^2 + b3^2 + b4^2).
+    variance 4 noise^2 + relative^2 (v1^2 + v2^2 + v3^2 + v4^2). The squares of the true speeds v are taken from the
+    three other sums, whose noise is independent of what is left: by squares of the beams themselves, the noise of a
+    log at rest would be in proportion to its own size.
 
     Args:
         beams: speeds along each `(n,)` [m/s]; NaN where it was lost.
@@ -210,10 +239,13 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     Raises:
         InputError: not four, of unequal length, or fewer than 200 pings with all four; or their sum says that they are
             not in order around.
+
+    Warns:
+        PelagosWarning: beams hold a number that an instrument writes where it lost them; it is left out.
     """
     if len(beams) != 4 or len({len(b) for b in beams}) != 1:
         raise InputError(f"give four beams with as many pings each, not {[len(b) for b in beams]}")
-    table = np.stack([np.asarray(b, dtype=np.float64) for b in beams], axis=-1)
+    table = _without_flags(np.stack([np.asarray(b, dtype=np.float64) for b in beams], axis=-1))
     heard = np.isfinite(table)
     whole = table[heard.all(axis=1)]
     if len(whole) < _FEWEST:
@@ -225,25 +257,76 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     if np.ptp(left) == 0:
         raise InputError("b1 - b2 + b3 - b4 never changes: there is no noise in this record")
     _refuse_zeros(whole, left)
-    size = (whole**2).sum(axis=1)
-    others = [whole @ s for s in ([1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0])]
-    if min(float(x.std()) for x in others) < 0.5 * float(left.std()):
+    others = whole @ _OTHERS.T
+    if others.std(axis=0).min() < 0.5 * float(left.std()):
         raise InputError(
             "the beams are not in order around the vertical, another order leaves less: opposite ones are 1, 3 and 2, 4"
         )
-    off = left - left.mean()
-    basis = np.stack([np.full(len(whole), 4.0), size], axis=-1)
-    model = np.full(len(whole), float(np.mean(off**2)))
-    for _ in range(_REWEIGHTED):  # the square of normal noise scatters as its own expectation
-        squares = nnls(basis / model[:, None], off**2 / model)[0]
-        model = np.maximum(basis @ squares, 1e-3 * float(np.mean(off**2)))
+    off = (left - left.mean()) ** 2
+    basis = np.stack([np.full(len(whole), 4.0), (others**2).sum(axis=1) / 4], axis=-1)
+    squares, unsure = _reweighted(basis, off)
+    most = np.sqrt(squares + _CERTAIN * unsure)
+    for k in (1, 0):  # a log that hardly changes its speed shows neither: all is taken for noise at rest
+        if squares[k] < _CERTAIN * unsure[k]:
+            squares = np.zeros(2)
+            squares[1 - k] = _reweighted(basis[:, [1 - k]], off)[0][0]
+            break
     lost = tuple(float(x) for x in 1 - heard.mean(axis=0))
-    return BeamNoise(float(np.sqrt(squares[0])), float(np.sqrt(squares[1])), lost, len(whole))
+    noise, relative = (float(x) for x in np.sqrt(squares))
+    speed = float(np.sqrt(np.mean(whole**2)))
+    return BeamNoise(noise, relative, float(most[0]), float(most[1]), speed, lost, len(whole))
+
+
+def _reweighted(basis: Floats, off: Floats) -> tuple[Floats, Floats]:
+    """Coefficients of `basis` `(n, c)`, not negative, in expectations of squares `off` `(n,)`; standard deviations.
+
+    The square of normal noise scatters as its own expectation, with sqrt(2) of it.
+    """
+    mean, size = float(off.mean()), basis.mean(axis=0)
+    basis = basis / size
+    model = np.full(len(off), mean)
+    for _ in range(_REWEIGHTED):
+        squares = nnls(basis / model[:, None], off / model)[0]
+        model = np.maximum(basis @ squares, 1e-3 * mean)
+    weighted = basis / model[:, None]
+    return squares / size, np.sqrt(2 * np.diag(np.linalg.pinv(weighted.T @ weighted))) / size
+
+
+def _without_flags(table: Floats) -> Floats:
+    """Beams `(n, 4)`; NaN where they hold a number that means that they were lost.
+
+    It is the largest or the least of all, far from all others, and there more than once or of the digits that
+    instruments are known to write: -32.768, 9.999 and the like.
+    """
+    table = table.copy()
+    while np.isfinite(table).any():
+        known = np.unique(table[np.isfinite(table)])
+        for value, rest in ((known[-1], known[:-1]), (known[0], known[1:])):
+            at = table == value
+            usual = table[~at.any(axis=1)]
+            if len(rest) < 2 or not (at.sum() > 1 or _FLAGS.fullmatch(f"{abs(value):g}".replace(".", ""))):
+                continue
+            left = usual[np.isfinite(usual).all(axis=1)] @ _AROUND
+            noise = max(_size(left) if len(left) else 0.0, float(np.diff(rest).min()))
+            if np.abs(rest - value).min() > max(_ALONE * float(np.ptp(rest)), _STRAY * noise):
+                places = ", ".join(f"beam {k + 1} in {n} pings" for k, n in enumerate(at.sum(axis=0)) if n)
+                text = f"{value:g} is taken for the sign of a lost beam: {places}; leave lost cells empty"
+                warnings.warn(text, PelagosWarning, stacklevel=3)
+                table[at] = np.nan
+                break
+        else:
+            break
+    return table
+
+
+def _size(left: Floats) -> float:
+    """Standard deviation of most of what is left."""
+    return 1.4826 * float(np.median(np.abs(left - np.median(left))))
 
 
 def _refuse_zeros(whole: Floats, left: Floats) -> None:
     """Refuse beams `(n, 4)` that write 0 where they are lost, by the other three."""
-    noise = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+    noise = _size(left)
     for k in range(4):
         stray = (whole[:, k] == 0) & (np.abs(left) > _STRAY * noise)
         if stray.mean() > _ZEROS:

@@ -63,13 +63,31 @@ def read_recording(
     return {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}, origin * 1e-9
 
 
+def read_topic(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+    """Columns of one topic of a recording, message by message; `t` is the time since its first message [s].
+
+    Raises:
+        InputError: the recording has no such topic or field, or the names are of several topics.
+    """
+    recording = Recording(path)
+    wanted = [name for name in names if name != "t"]
+    stamped = _all_series(recording, recording.topics(), wanted, path)
+    first = stamped[wanted[0]][0]
+    for name, (stamps, _) in stamped.items():
+        if not np.array_equal(stamps, first):
+            raise InputError(f"{path}: {wanted[0]} and {name} are of topics with other times: name fields of one topic")
+    return {"t": (first - first[0]).astype(np.float64) * 1e-9, **{name: x for name, (_, x) in stamped.items()}}
+
+
 def _all_series(recording: Recording, topics: Collection[str], names: Sequence[str], path: Path) -> dict[str, Stamped]:
     """Series by name; the messages of a topic are decoded once for all names."""
     by_topic: dict[str, dict[str, list[str]]] = {}
     for name in names:
         topic = max((t for t in topics if name == t or name.startswith(f"{t}.")), key=len, default=None)
         if topic is None:
-            raise LookupFailed("topic", name, topics, where=str(path))
+            raise LookupFailed(
+                "topic", name, topics, where=f"{path}: a column is a topic and its fields, /topic.field.x"
+            )
         fields = name[len(topic) + 1 :].split(".") if len(name) > len(topic) else []
         by_topic.setdefault(topic, {})[name] = fields
     found = {}

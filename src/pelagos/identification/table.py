@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pelagos.errors import InputError, LookupFailed
 
 Table = Mapping[str, NDArray[np.float64]]
+_RECORDING: Final = b"\x89MCAP"
 _SEPARATORS: Final = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
@@ -35,7 +36,13 @@ def read_table(path: str | Path, names: Collection[str] | None = None) -> dict[s
         raw = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
         rows = csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""))
         lines = [(n, row) for n, row in enumerate(rows, 1) if row and not row[0].startswith("#")]
-    except (OSError, EOFError, UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        if raw.startswith(_RECORDING):
+            raise InputError(f"{path}: is a recording, whose name must end in .mcap") from None
+        raise InputError(
+            f"{path}: is no text in UTF-8 (byte {error.start}): give a CSV file (.csv, .csv.gz) or a recording (.mcap)"
+        ) from None
+    except (OSError, EOFError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read: {error}") from error
     if len(lines) < 2:
         raise InputError(f"{path}: needs a first line with names of columns and rows of numbers below it")
