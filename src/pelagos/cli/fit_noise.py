@@ -86,7 +86,11 @@ def fit_noise(
         _weigh(list(found.values()), data)
     if as_json:
         console.print_json(json.dumps(_as_data(rate, found, reading)))
-        return
+    else:
+        _show(rate, found, reading)
+
+
+def _show(rate: float, found: dict[str, SensorNoise], reading: Reading | None) -> None:
     samples = next(iter(found.values())).samples
     console.print(f"{samples} samples, {rate:.6g} a second: {samples / rate:.4g} s", markup=False)
     x = reading.unit if reading else "x"
