@@ -118,9 +118,29 @@ def test_steps_that_shift_a_parameter_either_way_are_told():
         estimates=estimates,
         found=SimpleNamespace(settled=True),
         record=SimpleNamespace(step_s=0.1),
+        plan=SimpleNamespace(sigma={}, fit_to=("u",)),
         substeps=4,
         test=None,
     )
     assert doubts_of_fit(made) == (
         "the steps of 25 ms shift a by +0.11, c by -0.011: give more substeps, or a shorter step_s",
     )
+
+
+@pytest.mark.parametrize(("times", "said"), [(0.2, "too wide"), (0.4, ""), (1.0, ""), (2.5, ""), (5.0, "too narrow")])
+def test_a_sigma_that_the_residuals_contradict_is_told(times: float, said: str):
+    """Normal residuals of `times` the given one of the heading; those of north have their own, as nobody said it."""
+    off = np.random.default_rng(5).normal(size=(200, 2, 30)) * [[7.0], [times * 0.02]]
+    off[3:9, 1] = np.nan
+    off[20, 1] = 60.0  # faults are none of it
+    made = SimpleNamespace(
+        estimates=(), found=SimpleNamespace(settled=True, differences=off), test=None,
+        plan=SimpleNamespace(sigma={"heading": 0.02}, fit_to=(), columns={"heading": "", "north": ""}),
+    )  # fmt: skip
+    found = doubts_of_fit(made)
+    assert len(found) == bool(said)
+    if said:
+        assert said in found[0]
+        size = float(found[0].split(" leaves has ")[1].split(" rad")[0])
+        assert found[0].startswith("sigma of heading is 0.02 rad, but what the fit leaves has ")
+        assert size == pytest.approx(times * 0.02, rel=0.05)

@@ -14,6 +14,7 @@ from pelagos.errors import InputError, LookupFailed, ScenarioError
 from pelagos.identification import load_plan, read_record
 from pelagos.identification.clock import clock_of
 from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.doubts import doubts_of_record
 from pelagos.identification.own_run import COLUMNS
 from pelagos.identification.parameters import changed, parameters_of
 from pelagos.identification.plan import UNIT_SCALES, ColumnConfig, ParameterConfig
@@ -544,3 +545,111 @@ def test_a_prior_is_the_vehicles_own_number_over_the_factor_of_its_path():
     new = changed(data, found, [p.prior for p in found])
     assert new["terms"]["drag"]["diagonal"] == pytest.approx([15.0, -40.0, 10.0])
     assert new["mass_kg"] == pytest.approx(64.0)
+
+
+NED = {"columns": {"north": "x", "east": "y", "heading": "psi"}, "commands": {}}
+
+
+def under_way(h: float = 0.1, n: int = 400) -> dict:
+    """A vehicle at 1.5 m/s that turns to and fro, from 7 m north and -9 m east on, with a tracker's noise of 5 mm."""
+    random, t = np.random.default_rng(3), h * np.arange(n)
+    heading = 0.8 * np.sin(0.3 * t) + 0.4
+    north, east = 7 + np.cumsum(1.5 * h * np.cos(heading)), -9 + np.cumsum(1.5 * h * np.sin(heading))
+    noise = 0.005 * random.normal(size=(3, n))
+    speed = 1.5 + 0.2 * np.sin(t)
+    return {"t": 100 + t, "x": north + noise[0], "y": east + noise[1], "psi": heading + noise[2], "u": speed + noise[0]}
+
+
+@pytest.mark.parametrize("h", [0.05, 0.1, 1.0])
+@pytest.mark.parametrize("size", [-50.0, 50.0])
+@pytest.mark.parametrize("stays", [False, True])
+def test_one_jump_of_the_position_is_told_with_row_and_time(h, size, stays):
+    data = under_way(h)
+    assert read_record(data, load_plan(NED)).doubts == ()
+    before = data["y"].copy()
+    data["y"][200 : None if stays else 201] += size
+    (text,) = read_record(data, load_plan(NED)).doubts
+    a, b = 100 + 199 * h, 100 + 200 * h
+    if stays:
+        assert text.startswith(
+            f"east jumps from {before[199]:.4g} to {before[200] + size:.4g} m between rows 200 and 201"
+        )
+        assert f"({a:.6g} and {b:.6g} s), the only one: a fault, or a tracker that was set anew?" in text
+    else:
+        assert "the largest of 2, the first after row 200" in text
+
+
+def test_a_jump_of_a_velocity_or_an_angle_is_told_and_whole_turns_are_none():
+    data = under_way()
+    data["psi"] += np.where(np.arange(400) > 300, 2 * np.pi, 0.0)
+    plan = load_plan({**NED, "columns": {**NED["columns"], "u": "u"}})
+    assert read_record(data, plan).doubts == ()
+    data["u"][77] = -32.768
+    data["psi"][90] += 1.0
+    heading, u = read_record(data, plan).doubts
+    assert heading.startswith("heading jumps from ")
+    assert "to -32.77 m/s between rows 77 and 78 (107.6 and 107.7 s)" in u
+
+
+@pytest.mark.parametrize("value", [0.0, -99.5])
+@pytest.mark.parametrize("column", ["x", "y"])
+def test_drop_outs_are_told_with_row_time_and_cure(value, column):
+    data = under_way()
+    data[column][[50, 51, 52, *range(120, 160)]] = value
+    said = (
+        rf"column '{column}' as .* jumps to exactly {value:g} and back, in 43 rows, the first in row 51 \(105 s\): "
+        rf"drop-outs\? Name them in the plan \(dropouts: \[.columns: \[{column}\], value: {value:g}"
+    )
+    with pytest.raises(InputError, match=said):
+        read_record(data, load_plan(NED))
+    named = {**NED, "dropouts": [{"columns": [column], "value": value}], "gaps": "split"}
+    assert read_record(data, load_plan(named)).doubts == ()
+
+
+def test_a_fault_beyond_all_numbers_is_a_jump_and_many_are_no_wrong_unit():
+    data = under_way()
+    data["y"][33] = 1e9
+    (text,) = read_record(data, load_plan(NED)).doubts
+    assert "to 1e+09 m between rows 33 and 34" in text or "from 1e+09 to" in text
+    data = under_way()
+    data["x"][10:390:20] += np.random.default_rng(1).normal(size=19) * 100
+    with pytest.raises(InputError, match=r"'x' as north jumps in \d+ % of its rows, too many for faults"):
+        read_record(data, load_plan(NED))
+
+
+def test_what_is_held_or_rounded_does_not_jump():
+    """A position once a second in rows of 0.1 s, and one written to 0.1 m."""
+    held = under_way()
+    for name in ("x", "y"):
+        held[name] = np.repeat(held[name][::10], 10)
+    assert read_record(held, load_plan(NED)).doubts == ()
+    rounded = under_way()
+    for name in ("x", "y"):
+        rounded[name] = np.round(rounded[name], 1)
+    assert read_record(rounded, load_plan(NED)).doubts == ()
+
+
+def test_a_column_that_does_not_change_is_told():
+    data = {**under_way(), "psi": np.full(400, 0.3)}
+    (text,) = doubts_of_record(read_record(data, load_plan(NED)))
+    assert text.startswith("heading 0.3 rad: the same in all rows that are used, so that nothing excites it")
+
+
+@pytest.mark.parametrize("current", [(0.0, 0.0), (0.5, -0.6), (-0.2, 0.9)])
+@pytest.mark.parametrize("turn", [0.7, 2.0, 30.0])
+@pytest.mark.parametrize("written", ["rad", "deg"])
+def test_the_unit_of_a_heading_is_known_in_a_current_too(current, turn, written):
+    """1 m/s ahead and 0.2 m/s aside, with a current that is as fast, and turns of `turn` rad to either side."""
+    t = 0.2 * np.arange(900)
+    heading = turn * np.sin(min(0.05, 1.5 / turn) * t) + 0.6
+    ahead, noise = 1 + 0.1 * np.sin(0.3 * t), 0.01 * np.random.default_rng(2).normal(size=(2, 900))
+    north = np.cumsum(0.2 * (ahead * np.cos(heading) - 0.2 * np.sin(heading) + current[0])) + noise[0]
+    east = np.cumsum(0.2 * (ahead * np.sin(heading) + 0.2 * np.cos(heading) + current[1])) + noise[1]
+    data = {"t": t, "x": north, "y": east, "psi": np.degrees(heading) if written == "deg" else heading}
+    for unit in ("rad", "deg", ""):
+        plan = load_plan({**NED, "columns": {**NED["columns"], "heading": {"column": "psi", "unit": unit}}})
+        if (unit or "rad") == written or (written == "deg" and unit == "" and turn < 40 / 57.3 / 2):
+            assert read_record(data, plan).runs
+        elif unit == "deg" or np.ptp(data["psi"]) > 40:
+            with pytest.raises(InputError, match=f"degrees|unit: {written}"):
+                read_record(data, plan)

@@ -16,6 +16,9 @@ PLAUSIBLE: Final = dict(
 """Largest size of a value in SI units that a marine vehicle may have; more is another unit or a fault. A heading may
 count on through many turns."""
 
+STILL: Final = 1e-9
+"""Standard deviation below which a coordinate does not change [SI]: digits of its numbers."""
+
 START_SPREAD: Final = dict(zip(COORDINATES, (1.0, 1.0, 1.0, 0.1, 0.1, 1.0, 0.3, 0.3, 0.3, 0.1, 0.1, 0.1), strict=True))
 """Standard deviation, at the beginning of a shot, of coordinates that were not measured: wide for a vehicle that floats
 or hovers upright. A plan may say others."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pelagos.identification.coordinates import COORDINATES, STILL, UNITS, number
 from pelagos.identification.record import Record
 from pelagos.identification.steps import DOUBTED
 from pelagos.identification.water import Water
@@ -17,12 +18,27 @@ if TYPE_CHECKING:
     from pelagos.identification.fit import Fit, Score
 
 _DIGITS = 3  # of R2, as printed
+_NORMAL = 1.4826  # standard deviations of normal noise in its median size
+_FAR = 3.0  # of the sizes of residuals, as `sigma` says and as they are
+
+
+def doubts_of_record(record: Record) -> tuple[str, ...]:
+    """Columns that jump, and those that do not change."""
+    still = []
+    for name, values in record.measured.items():
+        used = np.concatenate([values[a:b] for a, b in record.runs])
+        if np.nanstd(used) < STILL:
+            still.append(f"{name} {np.nanmean(used):.4g} {UNITS[number(name)]}")
+    if not still:
+        return record.doubts
+    told = f"{', '.join(still)}: the same in all rows that are used, so that nothing excites it and it has no R2"
+    return (*record.doubts, f"{told}; leave out what was not measured")
 
 
 def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
-    """Actuators that the record says nothing of, and commands that they do not follow."""
+    """Doubts of the record, actuators that it says nothing of, and commands that they do not follow."""
     silent = [name for name in model.actuators if name not in record.commands]
-    found = []
+    found = [*doubts_of_record(record)]
     if silent:
         found.append(f"no commands of {', '.join(silent)}: taken for 0 throughout; name their columns under commands")
     for name, given in record.commands.items():
@@ -77,9 +93,26 @@ def doubts_of_fit(made: Fit) -> tuple[str, ...]:
             f"the steps of {1000 * made.record.step_s / made.substeps:.3g} ms shift {', '.join(shifted)}: "
             "give more substeps, or a shorter step_s"
         )
+    found += _contradicted(made)
     if made.test is not None:
         found += _unseen(made.test, made.before)
     return tuple(found)
+
+
+def _contradicted(made: Fit) -> Iterator[str]:
+    """A given `sigma` that is not the size of what the fit leaves."""
+    given = made.plan.sigma
+    names = made.plan.fit_to or tuple(n for n in COORDINATES if n in made.plan.columns)
+    for k, name in enumerate(names if given else ()):
+        off = np.abs(made.found.differences[:, k])
+        size = _NORMAL * float(np.median(off[np.isfinite(off)]))
+        if name in given and not 1 / _FAR < size / given[name] < _FAR:
+            unit = UNITS[number(name)]
+            what = "intervals are too narrow" if size > given[name] else "intervals are too wide"
+            yield (
+                f"sigma of {name} is {given[name]:.3g} {unit}, but what the fit leaves has {size:.3g} {unit}: {what}; "
+                "leave sigma out, or mend it"
+            )
 
 
 def _unseen(test: Score, before: Score) -> Iterator[str]:
@@ -88,7 +121,7 @@ def _unseen(test: Score, before: Score) -> Iterator[str]:
         yield f"unseen part: R2 below 0, so that its mean would predict it better: {', '.join(below)}"
     worse = [
         f"{n} {r2:.{_DIGITS}f} (priors {before.r2[n]:.{_DIGITS}f})"
-        for n, r2 in test.r2.items() if round(r2, _DIGITS) < round(before.r2[n], _DIGITS)
+        for n, r2 in test.r2.items() if n in before.r2 and round(r2, _DIGITS) < round(before.r2[n], _DIGITS)
     ]  # fmt: skip
     if worse:
         yield f"unseen part: R2 is worse than before the fit: {', '.join(worse)}"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
-from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.coordinates import COORDINATES, STILL
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
@@ -77,7 +77,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Score:
-    """Open loop against a record, by coordinate: R2 = 1 - sum of squares / variance about the mean, and rms."""
+    """Open loop against a record, by coordinate: R2 = 1 - sum of squares / variance about the mean, and rms.
+
+    What does not change in the record has no R2.
+    """
 
     r2: Mapping[str, float]
     rms: Mapping[str, float]
@@ -296,7 +299,8 @@ def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Rec
     for k, name in enumerate(names):
         known = np.isfinite(off[:, k])
         spread = float(((wanted.wanted[:, k] - wanted.wanted[:, k][known].mean())[known] ** 2).sum())
-        r2[name] = 1 - float((off[:, k][known] ** 2).sum()) / max(spread, 1e-300)
+        if spread > known.sum() * STILL**2:
+            r2[name] = 1 - float((off[:, k][known] ** 2).sum()) / spread
         rms[name] = float(np.sqrt((off[:, k][known] ** 2).mean()))
     return Score(r2, rms, len(shots), len(shots) * shots.steps * record.step_s)
 

@@ -175,7 +175,10 @@ def _page(made: Fit, picture: bytes, *, data: str, title: str) -> str:
     heads = ("parameter", "prior", "found", "95 %", "Fisher", "resampled", "identified", "key")
     scores = [("fitted part", made.train), ("unseen part", made.test), ("with the priors", made.before)]
     quality_rows = [
-        (label, name, f"{s.r2[name]:.3f}", _rms(name, s)) for label, s in scores if s is not None for name in s.r2
+        (label, name, f"{s.r2[name]:.3f}" if name in s.r2 else "none: it does not change", _rms(name, s))
+        for label, s in scores
+        if s is not None
+        for name in s.rms
     ]
     return page(
         title=title, kind="Identification", tiles=tiles, foot=f"pelagos {version('pelagos')}",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from pelagos.errors import InputError
 from pelagos.identification.coordinates import ANGLES, COORDINATES, PLAUSIBLE, RATES, UNITS
@@ -18,11 +20,58 @@ _WAY_S: Final = 1.0  # time over which a course is taken from the way
 _MANY: Final = 40.0
 """Range of a heading from which its unit is looked at: of degrees a ninth of a turn; of radians six turns, in which a
 vehicle that is carried along no longer looks like it by chance."""
-_ALIGNED, _ASTRAY = 0.8, 0.4  # length of the mean direction of heading less course: that of a ship, that of chance
+_ALIGNED, _ASTRAY = 0.8, 0.4  # R2 of a vehicle that goes where it looks, but for drift and current; of chance
+_STEADY: Final = 0.05  # of the speed over ground: a velocity that says nothing of the heading
+_FASTER: Final = 5.0  # than the speed over ground: in a unit that makes a heading of one that hardly turns
 _LIKE: Final = 0.9  # correlation of a velocity and its pose's slope
 _AS_UNIT: Final = 0.1  # of a factor between units; the nearest two of one kind are 1.8 apart
 _ENOUGH: Final = 20  # rows
 _FAULTS: Final = 0.02  # share of rows that may jump, as trackers do
+_ABRUPT: Final = 20.0  # of the usual change from row to row, about there and anywhere
+_AROUND: Final = 11  # rows
+_HARDEST: Final = 10.0  # change of a velocity that a vehicle may have, of 1 g or so [m/s^2], [rad/s^2]
+_SLIGHT: Final = 0.1  # beside a whole turn [rad]
+_SHORT: Final = 5  # rows of a fault between two jumps
+
+
+def jumps(name: str, values: NDArray[np.float64], time: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Rows after which a column jumps: alone among its neighbours, and harder than any vehicle is moved.
+
+    Args:
+        name: of the coordinate; values `(n,)` [SI]; time `(n,)` [s].
+    """
+    step, off = np.diff(time), np.diff(values)
+    if name in ANGLES:
+        rest = off - _TAU * np.round(off / _TAU)
+        off = np.where(np.abs(rest) < _SLIGHT, rest, off)
+    change = np.abs(off) / step
+    if not (change > 0).any():
+        return np.zeros(0, np.int64)
+    usual = np.maximum(median_filter(change, _AROUND, mode="nearest"), np.median(change[change > 0]))
+    hard = change / step if name in RATES else change
+    return np.flatnonzero((change > _ABRUPT * usual) & (hard > _HARDEST))
+
+
+def between_jumps(at: NDArray[np.int64], rows: int) -> NDArray[np.bool_]:
+    """Rows of short faults: those between two jumps that are near to each other `(rows,)`."""
+    found = np.zeros(rows, bool)
+    for a, b in pairwise(at.tolist()):
+        found[a + 1 : b + 1] |= b - a <= _SHORT
+    return found
+
+
+def dropped(values: NDArray[np.float64], at: NDArray[np.int64]) -> tuple[float, NDArray[np.int64]] | None:
+    """A number that a column jumps to and from, 0 or more than once, and its rows; None where there is none.
+
+    Args:
+        values: as the file has them `(n,)`; at: see `jumps`.
+    """
+    for value in np.unique(values[at + 1]):
+        same = values == value
+        edges = np.flatnonzero(same[1:] != same[:-1])
+        if (value == 0 or same.sum() > 1) and np.isin(edges, at).mean() > 0.5:
+            return float(value), np.flatnonzero(same)
+    return None
 
 
 def plausible(name: str, values: NDArray[np.float64], label: str, unit: str, where: str) -> None:
@@ -52,9 +101,15 @@ def steady(name: str, values: NDArray[np.float64], time: NDArray[np.float64], la
         return
     off = np.diff(values)
     if name in ANGLES:
-        off = np.where(np.abs(off - _TAU * np.round(off / _TAU)) < 0.1, 0.0, off)
+        off = np.where(np.abs(off - _TAU * np.round(off / _TAU)) < _SLIGHT, 0.0, off)
     speed, limit = np.abs(off) / np.diff(time), PLAUSIBLE[RATES[name]]
-    if (speed > limit).mean() > _FAULTS:
+    fast = np.flatnonzero(speed > limit)
+    if len(fast) > _FAULTS * len(speed):
+        if np.isin(fast, jumps(name, values, time)).mean() > 0.5:
+            raise InputError(
+                f"{where}: column {label!r} as {name} jumps in {100 * len(fast) / len(speed):.0f} % of its rows, too "
+                "many for faults that a fit bears: leave these rows out of the file, or smooth it"
+            )
         unit = UNITS[COORDINATES.index(RATES[name])]
         likely = "deg" if name in ANGLES else "mm or cm"
         raise InputError(
@@ -70,21 +125,41 @@ def along_its_way(asked: Table, time: NDArray[np.float64], plan: Plan, where: st
         return
     heading, north, east = asked["heading"], asked["north"], asked["east"]
     degrees = given.unit == "deg"
-    if not degrees and (given.unit or np.ptp(heading) < _MANY):
+    if not degrees and np.ptp(heading) < _MANY:
         return
     rows = max(1, round(_WAY_S / float(np.median(np.diff(time)))))
-    ahead, aside = north[rows:] - north[:-rows], east[rows:] - east[:-rows]
-    far = np.hypot(ahead, aside)
-    moving = far > 0.5 * np.percentile(far, 90)
-    course, middle = np.arctan2(aside, ahead)[moving], heading[rows // 2 : rows // 2 + len(far)][moving]
+    seconds = time[rows:] - time[:-rows]
+    way = np.stack([north[rows:] - north[:-rows], east[rows:] - east[:-rows]], -1) / seconds[:, None]
+    middle = heading[rows // 2 : rows // 2 + len(way)]
     other = 180 / np.pi if degrees else np.pi / 180
-    as_given, as_other = (abs(np.exp(1j * (k * middle - course)).mean()) for k in (1.0, other))
+    as_given, as_other = (_explained(k * middle, way) for k in (1.0, other))
     if as_other > _ALIGNED and as_given < _ASTRAY:
         words = ("radians", "degrees") if degrees else ("degrees", "radians")
         raise InputError(
             f"{where}: column {given.column!r} as heading goes along with the vehicle's way if it is in {words[0]} "
-            f"(alignment {as_other:.2f}), and not in {words[1]} ({as_given:.2f}): give unit: {words[0][:3]}"
+            f"(R2 {as_other:.2f}), and not in {words[1]} ({as_given:.2f}): give unit: {words[0][:3]}"
         )
+
+
+def _explained(heading: NDArray[np.float64], way: NDArray[np.float64]) -> float:
+    """Share of the variance of a velocity over ground that a steady velocity ahead and aside, turned by the heading,
+    and a steady current explain.
+
+    Args:
+        heading: `(n,)` [rad]; way: north, east `(n, 2)` [m/s].
+
+    Returns:
+        R2; 0 of a velocity that hardly changes, and where it would take a faster vehicle than any of its speed.
+    """
+    scatter, speed = float(way.var(axis=0).sum()), float(np.sqrt((way**2).sum(axis=1).mean()))
+    if len(way) < _ENOUGH or scatter < (_STEADY * speed) ** 2:
+        return 0.0
+    c, s, one, zero = np.cos(heading), np.sin(heading), np.ones(len(way)), np.zeros(len(way))
+    basis = np.concatenate([np.stack([c, -s, one, zero], -1), np.stack([s, c, zero, one], -1)])
+    found = np.linalg.lstsq(basis, way.T.ravel(), rcond=None)[0]
+    if np.hypot(*found[:2]) > _FASTER * speed:
+        return 0.0
+    return 1 - float(np.mean((basis @ found - way.T.ravel()) ** 2)) * 2 / scatter
 
 
 def along_slopes(measured: Table, slopes: Table, rows: NDArray[np.bool_], plan: Plan, where: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -14,9 +14,17 @@ from scipy.signal import savgol_filter
 
 from pelagos.errors import InputError, LookupFailed
 from pelagos.identification.clock import Clock, clock_of
-from pelagos.identification.coordinates import ANGLES, COORDINATES, RATES
+from pelagos.identification.coordinates import ANGLES, COORDINATES, RATES, UNITS
 from pelagos.identification.plan import ColumnConfig, Plan
-from pelagos.identification.plausibility import along_its_way, along_slopes, plausible, steady
+from pelagos.identification.plausibility import (
+    along_its_way,
+    along_slopes,
+    between_jumps,
+    dropped,
+    jumps,
+    plausible,
+    steady,
+)
 from pelagos.identification.table import Table, numeric, read_table
 
 _LONGEST_STEP_S: Final = 0.1
@@ -38,6 +46,7 @@ class Record:
         commands: by actuator `(n,)`, held from one row to the next.
         runs: first and last row + 1 of stretches without a hole.
         assumed: coordinates that were not measured when a shot begins; absent: 0.
+        doubts: columns that jump, in words.
     """
 
     start_s: float
@@ -47,6 +56,7 @@ class Record:
     commands: Mapping[str, NDArray[np.float64]]
     runs: tuple[tuple[int, int], ...]
     assumed: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
 
     def values(self, name: str) -> NDArray[np.float64] | None:
         """A coordinate, measured or from slopes; None where there is neither."""
@@ -75,11 +85,16 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
     time = clock.t
     seen = _seen(table, plan, len(time), where)
     measured, asked = {}, {}
+    doubts: list[str] = []
     for name, c in plan.columns.items():
-        raw = (_column(table, c.column, where, len(time)) - c.zero) * c.factor
+        given = _column(table, c.column, where, len(time))
+        raw = (given - c.zero) * c.factor
         _finite(raw, seen, clock, c.column, where)
-        plausible(name, raw[seen], c.column, c.unit, where)
+        at = jumps(name, raw[seen], time[seen])
+        _no_dropouts(given, at, seen, clock, f"column {c.column!r} as {name}", c.column, where)
+        plausible(name, raw[seen][~between_jumps(at, int(seen.sum()))], c.column, c.unit, where)
         steady(name, raw[seen], time[seen], c.column, where)
+        doubts += _jumps_told(name, raw[seen], at, np.flatnonzero(seen), clock)
         asked[name] = raw[seen]
         _within(c, f"columns.{name}", clock)
         measured[name] = (time[seen] - c.delay_s, _unwrapped(name, raw[seen]))
@@ -90,7 +105,7 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
         _finite(raw, np.ones(len(time), bool), clock, c.column, where)
         _within(c, f"commands.{name}", clock)
         commands[name] = (time - c.delay_s, raw)
-    return _gridded(clock, time[seen], measured, commands, plan, where)
+    return replace(_gridded(clock, time[seen], measured, commands, plan, where), doubts=tuple(doubts))
 
 
 def _read(source: str | Path | Table, plan: Plan) -> tuple[Mapping[str, Any], str, float]:
@@ -149,6 +164,40 @@ def _finite(values: NDArray[np.float64], used: NDArray[np.bool_], clock: Clock, 
             f"{where}: column {name!r} has {_count(len(bad), 'cell')} empty or not a number, the first in {places}; "
             "leave these rows out of the file, or name them in the plan (dropouts: [{columns: [...], value: 0}])"
         )
+
+
+def _no_dropouts(
+    given: NDArray[np.float64], at: NDArray[np.int64], seen: NDArray[np.bool_], clock: Clock, what: str, name: str,
+    where: str,
+) -> None:  # fmt: skip
+    """Refuse a column that holds one number where nothing was measured."""
+    found = dropped(given[seen], at) if len(at) else None
+    if found is None:
+        return
+    value, rows = found
+    first = int(np.flatnonzero(seen)[rows[0]])
+    raise InputError(
+        f"{where}: {what} jumps to exactly {value:g} and back, in {len(rows)} rows, the first in row {first + 1} "
+        f"({clock.say(clock.t[first])} s): drop-outs? Name them in the plan (dropouts: [{{columns: [{name}], value: "
+        f"{value:g}}}], and gaps: split), or leave these rows out of the file"
+    )
+
+
+def _jumps_told(
+    name: str, values: NDArray[np.float64], at: NDArray[np.int64], rows: NDArray[np.int64], clock: Clock
+) -> list[str]:
+    """Jumps of a column `(n,)`, in words; rows: of the record `(n,)`."""
+    if not len(at):
+        return []
+    k = int(at[np.argmax(np.abs(values[at + 1] - values[at]))])
+    a, b = int(rows[k]), int(rows[k + 1])
+    more = f"the largest of {len(at)}, the first after row {rows[at[0]] + 1}" if len(at) > 1 else "the only one"
+    unit = UNITS[COORDINATES.index(name)]
+    return [
+        f"{name} jumps from {values[k]:.4g} to {values[k + 1]:.4g} {unit} between rows {a + 1} and {b + 1} "
+        f"({clock.say(clock.t[a])} and {clock.say(clock.t[b])} s), {more}: a fault, or a tracker that was set anew? "
+        "Leave such rows out of the file, or give windows_s without them"
+    ]
 
 
 def _within(c: ColumnConfig, key: str, clock: Clock) -> None:
