@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -259,7 +260,10 @@ def test_uneven_rows_have_their_median_as_a_step():
     ("change", "said"),
     [
         ({"columns": {"north": {"column": "x", "unit": "deg"}}}, "columns.north: the unit deg is .* give m, cm, mm"),
-        ({"columns": {"r": {"column": "x", "unit": "kn"}}}, "columns.r: the unit kn .* give rad/s, deg/s, rpm, Hz"),
+        (
+            {"columns": {"r": {"column": "x", "unit": "kn"}}},
+            "columns.r: the unit kn .* give rad/s, deg/s, deg/min, rpm, Hz",
+        ),
         (
             {"columns": {"u": {"column": "x", "unit": "m"}}},
             "columns.u: the unit m is .* give m/s, cm/s, mm/s, km/h, kn",
@@ -451,9 +455,11 @@ def test_a_delay_leaves_out_what_it_moves_beyond_the_record():
         ({"columns": {"heading": {"column": "x", "unit": "Degrees"}}},
          r"unknown unit 'Degrees' .did you mean 'deg'.*; give rad, deg$"),
         ({"time": {"column": "t", "unit": "sec"}},
-         r"time: unknown unit 'sec' .did you mean 's'.*; give s, ms, us, ns$"),
+         r"time: unknown unit 'sec' .did you mean 's'.*; give s, ms, us, ns, min, h$"),
         ({"commands": {"left_propeller": {"column": "n1", "unit": "RPMs"}}},
-         r"commands\.left_propeller: unknown unit 'RPMs'; give m, .*, N$"),
+         r"commands\.left_propeller: unknown unit 'RPMs' .did you mean 'rpm'.*; give m, .*, N, kN$"),
+        ({"columns": {"north": {"column": "x", "unit": "NM"}}}, "unknown unit 'NM' .did you mean 'nmi'"),
+        ({"columns": {"r": {"column": "x", "unit": "°/min"}}}, "unknown unit '°/min' .did you mean 'deg/min'"),
         ({"columns": {"north": 3}}, r"columns\.north: give the name of a column, or .column, unit, .*, not 3$"),
         ({"columns": {"north": "x", "east": "x"}}, "columns.east: 'x' is columns.north already"),
         ({"columns": {"north": "t"}}, "columns.north: 't' is time already"),
@@ -524,7 +530,8 @@ def test_every_unit_is_its_definition():
     units = {
         "m": 1, "cm": 1e-2, "mm": 1e-3, "rad": 1, "deg": turn / 360, "m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3,
         "km/h": 1000 / 3600, "kn": 1852 / 3600, "rad/s": 1, "deg/s": turn / 360, "rpm": turn / 60, "Hz": turn,
-        "s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "N": 1, "": 1,
+        "s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "N": 1, "": 1, "km": 1e3, "nmi": 1852, "ft": 12 * 0.0254,
+        "deg/min": turn / 360 / 60, "min": 60, "h": 3600, "kN": 1e3,
     }  # fmt: skip
     assert units.keys() == UNIT_SCALES.keys()
     for unit, factor in units.items():
@@ -630,9 +637,13 @@ def test_what_is_held_or_rounded_does_not_jump():
 
 
 def test_a_column_that_does_not_change_is_told():
-    data = {**under_way(), "psi": np.full(400, 0.3)}
-    (text,) = doubts_of_record(read_record(data, load_plan(NED)))
-    assert text.startswith("heading 0.3 rad: the same in all rows that are used, so that nothing excites it")
+    """But for what a vehicle of three degrees of freedom never does."""
+    data = {**under_way(), "psi": np.full(400, 0.3), "roll": np.zeros(400), "pitch": np.full(400, 0.1)}
+    columns = {**NED["columns"], "roll": "roll", "pitch": "pitch"}
+    (text,) = doubts_of_record(read_record(data, load_plan({**NED, "columns": columns})))
+    assert text.startswith(
+        "heading 0.3 rad, pitch 0.1 rad: the same in all rows that are used, so that nothing excites it"
+    )
 
 
 @pytest.mark.parametrize("current", [(0.0, 0.0), (0.5, -0.6), (-0.2, 0.9)])
@@ -653,3 +664,62 @@ def test_the_unit_of_a_heading_is_known_in_a_current_too(current, turn, written)
         elif unit == "deg" or np.ptp(data["psi"]) > 40:
             with pytest.raises(InputError, match=f"degrees|unit: {written}"):
                 read_record(data, plan)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"train": 1.5}, "plan: train: must be at most 1, not 1.5$"),
+        ({"train": "most"}, "plan: train: expected a number, not 'most'$"),
+        ({"loss": "hubr"}, r"plan: loss: 'hubr' is not allowed \(did you mean 'huber'\?\); allowed: huber, squares$"),
+        ({"integrator": "rk4"}, "integrator: 'rk4' is not allowed; allowed: conservative, semi_implicit, runge_kutta,"),
+        ({"segment_s": "15 s"}, r"segment_s: expected a number of seconds \[s\], not '15 s'; write 15$"),
+        ({"bootstrap": 2.5}, "bootstrap: expected a whole number, not 2.5$"),
+        ({"windows_s": [[1]]}, r"windows_s\.0: expected 2 values \[s\], not 1: \[1\]$"),
+        ({"gaps": "fill"}, "gaps: 'fill' is not allowed; allowed: refuse, split$"),
+        ({"parameters": {"X": {"path": ["a", "b"], "factors": [2]}}},
+         r"parameters\.X: factors: 1 of them, but the number of paths is 2; give one each$"),
+        ({"parameters": {"X": {"spread": -1}}}, r"parameters\.X\.spread: must be greater than 0, not -1$"),
+        ({"dropouts": {"columns": ["x"]}}, "dropouts: expected a list, not "),
+        ({"columns": {"north": {"colum": "x"}}}, "unknown key 'colum' .did you mean 'column'"),
+    ],
+)  # fmt: skip
+def test_values_that_a_plan_cannot_have_are_told_in_words(change, said, tmp_path):
+    with pytest.raises(ScenarioError, match=said) as told:
+        load_plan({**PLAN, **change})
+    assert "nput should" not in str(told.value)
+
+
+def test_a_fault_of_a_plan_is_told_with_its_line(tmp_path):
+    file = tmp_path / "plan.yaml"
+    file.write_text(
+        "columns: {north: x}\ncommands: {}\nparameters:\n  X:\n    path: mass_kg\n    low: 1e3\n    high: 2\n"
+    )
+    with pytest.raises(ScenarioError, match=r"plan\.yaml:4: parameters\.X: low 1000 must be below high 2"):
+        load_plan(file)
+    with pytest.raises(ScenarioError, match=r"there is no such file \(did you mean 'plan\.yaml'\?\)"):
+        load_plan(tmp_path / "plna.yaml")
+
+
+def test_one_path_may_have_a_factor():
+    plan = load_plan({**PLAN, "parameters": {"m": {"path": "mass_kg", "factors": [2.5]}}})
+    (found,) = parameters_of(plan.parameters, {"mass_kg": 20.0})
+    assert found.prior == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("diagnal", r"did you mean terms\.drag\.diagonal\.0\?.* unknown key 'diagnal'; known: current.east, "),
+        ("drag.diagonal.1", r"did you mean terms\.drag\.diagonal\.1\?"),
+        ("terms.drag.diagnal.1", r"unknown key below 'terms\.drag' 'diagnal' \(did you mean 'diagonal'\?\)"),
+        ("mass", r"unknown key 'mass' \(did you mean 'mass_kg'\?\)"),
+        ("zzz", "unknown key 'zzz'; known: "),
+    ],
+)
+def test_a_path_that_is_not_there_is_told_with_the_nearest(path, said):
+    data = {"terms": {"drag": {"diagonal": [12.0, -40.0, 7.0]}}, "mass_kg": 20.0}
+    with pytest.raises(LookupFailed) as told:
+        parameters_of({"X": ParameterConfig(path=path)}, data)
+    assert re.search(said, str(told.value)), told.value
+    assert ("did you mean" in str(told.value)) == (path != "zzz")

@@ -12,7 +12,7 @@ import pytest
 from pelagos.errors import InputError, LookupFailed, PelagosWarning, ScenarioError
 from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit
-from pelagos.identification.fit import shooter_of
+from pelagos.identification.fit import open_loop, shooter_of
 from pelagos.identification.output import vehicle_yaml, write_fit
 from pelagos.identification.parameters import Family, parameters_of
 from pelagos.identification.problem import moved
@@ -256,6 +256,19 @@ def test_a_parameter_without_influence_is_told_by_name(made, tmp_path):
     assert json.loads(files[1].read_text())["parameters"][first.parameter.name]["has_influence"] is False
     assert "no: without influence" in files[3].read_text()
     assert all(e.felt for e in made.estimates)  # also of what is mostly the prior
+
+
+def test_what_does_not_change_in_the_record_has_no_r2(made, tmp_path):
+    plan = load_plan(PLAN)
+    data = {**synthetic(11, rows=101), "psi": np.full(101, 0.3)}
+    found, _, _ = open_loop(ROV, read_record(data, plan), plan)
+    assert found.r2.keys() == {"north", "east", "u", "v"}
+    assert all(np.isfinite(x) for x in found.r2.values())
+    assert found.rms.keys() == {"north", "east", "heading", "u", "v", "r"}
+    less = replace(made, test=found, before=replace(found, r2={}), found=replace(made.found, settled=True))
+    assert not any("worse than before" in text for text in doubts_of_fit(less))
+    files = write_fit(less, tmp_path, data="tank.csv", title="tank")
+    assert files[3].read_text().count("none: it does not change") == 2 + 6
 
 
 def test_a_parameter_without_effect_is_refused():

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pelagos.identification.fit import Fit, Score
 
 _DIGITS = 3  # of R2, as printed
+_LEVEL = ("depth", "roll", "pitch", "w", "p", "q")  # 0 of a vehicle of three degrees of freedom
 _NORMAL = 1.4826  # standard deviations of normal noise in its median size
 _FAR = 3.0  # of the sizes of residuals, as `sigma` says and as they are
 
@@ -27,7 +28,8 @@ def doubts_of_record(record: Record) -> tuple[str, ...]:
     still = []
     for name, values in record.measured.items():
         used = np.concatenate([values[a:b] for a, b in record.runs])
-        if np.nanstd(used) < STILL:
+        level = name in _LEVEL and not np.nan_to_num(used).any()
+        if np.nanstd(used) < STILL and not level:
             still.append(f"{name} {np.nanmean(used):.4g} {UNITS[number(name)]}")
     if not still:
         return record.doubts

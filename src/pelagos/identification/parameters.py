@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from pelagos.errors import InputError, LookupFailed, ScenarioError
+from pelagos.errors import InputError, LookupFailed, ScenarioError, nearest
 from pelagos.identification.constants import Place, numbers_of, values_at
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.plan import ParameterConfig
@@ -123,11 +123,32 @@ def _get(data: Mapping[str, Any], path: str, where: str) -> float:
                 raise LookupFailed(f"key below {before!r}", key, known, where=where)
             if key in ("current", "offset"):
                 raise LookupFailed("key", path, OUTSIDE, where=where)
-            raise LookupFailed("key", key, [*known, *OUTSIDE], where=where)
+            all_known = [*known, *OUTSIDE]
+            far = "" if nearest(key, all_known) else _near(data, path)
+            raise LookupFailed("key", key, all_known, where=f"{where}: did you mean {far}?" if far else where)
         node = node[key] if isinstance(node, Mapping) else node[int(key)]
     if isinstance(node, bool) or not isinstance(node, (int, float)):
         raise InputError(f"{where}: {path} is not a number of this vehicle but {node!r}"[:300])
     return float(node)
+
+
+def _near(data: Mapping[str, Any], path: str) -> str:
+    """The number of a vehicle whose whole path, or whose path's last keys, are like this one; empty where none is."""
+    paths = list(_numbers(data))
+    if "." in path:
+        known = {".".join(p.split(".")[k:]): p for p in reversed(paths) for k in range(p.count("."))}
+    else:
+        known = {key: p for p in reversed(paths) for key in p.split(".") if not key.isdigit()}
+    found = nearest(path, known)
+    return known[found] if found else ""
+
+
+def _numbers(node: Any, path: str = "") -> Iterator[str]:
+    """Paths of all numbers below a key."""
+    if isinstance(node, (int, float)) and not isinstance(node, bool):
+        yield path
+    for key in _keys(node):
+        yield from _numbers(node[key] if isinstance(node, Mapping) else node[int(key)], f"{path}.{key}".strip("."))
 
 
 def _keys(node: Any) -> list[str]:

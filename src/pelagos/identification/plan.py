@@ -7,10 +7,11 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
-import yaml
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from pelagos.config.described import Described
+from pelagos.config.document import Document, Key, read_document
+from pelagos.config.problem import scenario_error
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.identification.coordinates import COORDINATES, UNITS
 
@@ -20,14 +21,16 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 SHORTEST_PREROLL_S: Final = 3.0
 """Least time before a shot from which its actuators follow their commands, where a plan says nothing [s]."""
 UNIT_SCALES: Final[dict[str, float]] = {
-    "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01,
-    "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600, "rad/s": 1.0, "deg/s": 3.141592653589793 / 180, "s": 1.0,
-    "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rpm": 3.141592653589793 / 30, "Hz": 2 * 3.141592653589793, "N": 1.0,
+    "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "nmi": 1852.0, "ft": 0.3048, "rad": 1.0,
+    "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600,
+    "rad/s": 1.0, "deg/s": 3.141592653589793 / 180, "deg/min": 3.141592653589793 / 180 / 60, "s": 1.0, "min": 60.0,
+    "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rpm": 3.141592653589793 / 30, "Hz": 2 * 3.141592653589793,
+    "N": 1.0, "kN": 1000.0,
 }  # fmt: skip
 """Factors to SI units."""
 UNITS_OF: Final[dict[str, tuple[str, ...]]] = {
-    "m": ("m", "cm", "mm"), "rad": ("rad", "deg"), "m/s": ("m/s", "cm/s", "mm/s", "km/h", "kn"),
-    "rad/s": ("rad/s", "deg/s", "rpm", "Hz"), "s": ("s", "ms", "us", "ns"),
+    "m": ("m", "cm", "mm", "km", "nmi", "ft"), "rad": ("rad", "deg"), "m/s": ("m/s", "cm/s", "mm/s", "km/h", "kn"),
+    "rad/s": ("rad/s", "deg/s", "deg/min", "rpm", "Hz"), "s": ("s", "ms", "us", "ns", "min", "h"),
 }  # fmt: skip
 """Units of a kind, by its SI unit."""
 
@@ -35,9 +38,12 @@ UNITS_OF: Final[dict[str, tuple[str, ...]]] = {
 _OF_COMMANDS: Final = tuple(unit for unit in UNIT_SCALES if unit and unit not in UNITS_OF["s"])
 _SPOKEN: Final = {
     "degree": "deg", "radian": "rad", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
-    "centimeter": "cm", "centimetre": "cm", "knot": "kn", "kt": "kn", "mp": "m/s", "kmh": "km/h", "kph": "km/h",
-    "sec": "s", "second": "s", "msec": "ms", "millisecond": "ms", "usec": "us", "microsecond": "us", "nsec": "ns",
-    "nanosecond": "ns", "newton": "N", "hertz": "Hz", "rev/min": "rpm", "dp": "deg/s", "°": "deg",
+    "centimeter": "cm", "centimetre": "cm", "kilometer": "km", "kilometre": "km", "nm": "nmi", "nautical mile": "nmi",
+    "mile": "nmi", "feet": "ft", "foot": "ft", "knot": "kn", "kt": "kn", "mp": "m/s", "kmh": "km/h", "kph": "km/h",
+    "sec": "s", "second": "s", "minute": "min", "hour": "h", "hr": "h", "msec": "ms", "millisecond": "ms",
+    "usec": "us", "microsecond": "us", "nsec": "ns", "nanosecond": "ns", "newton": "N", "kilonewton": "kN",
+    "hertz": "Hz", "rev/min": "rpm", "dp": "deg/s", "°": "deg", "°/": "deg/s", "°/min": "deg/min",
+    "degree/min": "deg/min",
 }  # fmt: skip
 """Units by other names that they go by, without the last s."""
 
@@ -52,7 +58,8 @@ class ColumnConfig(_Strict):
     column: str
     """Its name in the file's first line; of a recording: topic and field, as `/auv0/pose.x`."""
     unit: str = ""
-    """Of the column: m, cm, mm, rad, deg, m/s, cm/s, mm/s, km/h, kn, rad/s, deg/s, rpm, Hz, s, ms, us, ns, N."""
+    """Of the column: m, cm, mm, km, nmi, ft, rad, deg, m/s, cm/s, mm/s, km/h, kn, rad/s, deg/s, deg/min, rpm, Hz, s,
+    ms, us, ns, min, h, N, kN."""
     scale: Number = 1.0
     """A further factor, such as -1 for another direction."""
     zero: Number = 0.0
@@ -118,8 +125,9 @@ class ParameterConfig(_Strict):
     def _ordered(self) -> Self:
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
-        if self.factors is not None and (isinstance(self.path, str) or len(self.factors) != len(self.path)):
-            raise ValueError("factors: give one for each of the paths")
+        paths = 1 if isinstance(self.path, str) else len(self.path)
+        if self.factors is not None and len(self.factors) != paths:
+            raise ValueError(f"factors: {len(self.factors)} of them, but the number of paths is {paths}; give one each")
         return self
 
     def paths(self, name: str) -> tuple[str, ...]:
@@ -250,7 +258,9 @@ def _not_a_unit(unit: str, allowed: Sequence[str]) -> str:
     if unit in UNIT_SCALES:
         return f"the unit {unit} is of another kind"
     spoken = _SPOKEN.get(unit.lower().rstrip("s"), "")
-    near = [spoken] if spoken in allowed else get_close_matches(unit, allowed, n=1)
+    plain = unit.lower().rstrip("s")
+    written = [other for other in allowed if other.lower().rstrip("s") == plain]
+    near = [spoken] if spoken in allowed else written or get_close_matches(unit, allowed, n=1)
     return f"unknown unit {unit!r}" + (f" (did you mean {near[0]!r}?)" if near else "")
 
 
@@ -268,13 +278,12 @@ def load_plan(source: str | Path | Mapping[str, Any], *, recording: str | Path |
     """
     where = str(source) if isinstance(source, (str, Path)) else "plan"
     data: Any = source
+    places: dict[Key, str] = {}
     if not isinstance(source, (str, Path, Mapping)):
         raise ScenarioError(f"must be a file or a mapping of keys, not {type(source).__name__}", where=where)
     if not isinstance(source, Mapping):
-        try:
-            data = yaml.safe_load(Path(source).read_text(encoding="utf-8"))
-        except (OSError, yaml.YAMLError) as error:
-            raise ScenarioError(f"cannot be read: {error}", where=where) from error
+        document = read_document(Path(source))
+        data, places = document.data, document.places
         if not isinstance(data, Mapping):
             raise ScenarioError("must be a mapping of keys", where=where)
     if recording is not None:
@@ -288,23 +297,4 @@ def load_plan(source: str | Path | Mapping[str, Any], *, recording: str | Path |
     try:
         return Plan.model_validate(dict(data))
     except ValidationError as error:
-        lines = [
-            f"{place}: {text}" if (place := ".".join(str(p) for p in e["loc"])) else text
-            for e in error.errors() for text in [_complaint(e)]
-        ]  # fmt: skip
-        raise ScenarioError("; ".join(lines), where=where) from None
-
-
-_KEYS: Final[dict[str, type[_Strict]]] = {
-    "parameters": ParameterConfig, "dropouts": DropOut, "columns": ColumnConfig, "commands": ColumnConfig,
-    "time": ColumnConfig,
-}  # fmt: skip
-
-
-def _complaint(error: Any) -> str:
-    """A fault of one key, in words; of an unknown one with those that there are."""
-    place = error["loc"]
-    if error["type"] != "extra_forbidden":
-        return str(error["msg"]).removeprefix("Value error, ")
-    known = Plan if len(place) == 1 else _KEYS.get(str(place[0]), Plan)
-    return str(LookupFailed("key", str(place[-1]), known.model_fields))
+        raise scenario_error(error, Document(data, {**places, (): where}), Plan) from None

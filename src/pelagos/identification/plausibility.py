@@ -86,7 +86,7 @@ def plausible(name: str, values: NDArray[np.float64], label: str, unit: str, whe
         if turns > 6.6:
             hint = f"{most:.4g} {si} is more than a turn, and jumps by {turns:.4g}: degrees? Give unit: deg"
     elif most > limit:
-        others = ", ".join(u for u in UNITS_OF[si] if u != (unit or si))
+        others = ", ".join(u for u in UNITS_OF[si] if UNIT_SCALES[u] < UNIT_SCALES[unit or si])
         hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); wrong unit? Give unit: {others}"
     if hint:
         raise InputError(f"{where}: column {label!r} as {name}: {hint}")
