@@ -723,3 +723,22 @@ def test_a_path_that_is_not_there_is_told_with_the_nearest(path, said):
         parameters_of({"X": ParameterConfig(path=path)}, data)
     assert re.search(said, str(told.value)), told.value
     assert ("did you mean" in str(told.value)) == (path != "zzz")
+
+
+def test_radians_that_turn_over_are_known_where_they_are_called_degrees():
+    """A hovering vehicle, whose way says nothing, and whose heading goes through north or south."""
+    t = 0.1 * np.arange(600)
+    for wrapped in ((0.25 * t + np.pi) % (2 * np.pi) - np.pi, 0.25 * t % (2 * np.pi)):
+        data = {"t": t, "psi": wrapped}
+        plan = {"columns": {"heading": {"column": "psi", "unit": "deg"}}, "commands": {}}
+        with pytest.raises(
+            InputError, match=r"no number is beyond 2 pi, and they jump by 6\.\d+: radians\? Give unit: rad"
+        ):
+            read_record(data, load_plan(plan))
+        assert read_record({**data, "psi": 3 * np.sin(t)}, load_plan(plan)).runs
+
+
+def test_a_file_that_is_not_there_is_told_with_the_nearest(tmp_path):
+    (tmp_path / "tank.csv").write_text("t\n1\n")
+    with pytest.raises(InputError, match=r"there is no such file \(did you mean 'tank\.csv'\?\)"):
+        read_record(tmp_path / "tnak.csv", load_plan(PLAN))

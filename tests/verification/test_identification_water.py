@@ -279,7 +279,7 @@ def test_waves_of_a_scenario_are_warned_of():
     plan = load_plan({"columns": {"heading": "psi"}, "commands": {n: n for n in BOAT["actuators"]},
                       "parameters": {"N": {"path": "terms.damping.diagonal.5"}}})  # fmt: skip
     t = 0.1 * np.arange(40)
-    record = read_record({"t": t, "psi": 0 * t, "port": t, "starboard": t}, plan)
+    record = read_record({"t": t, "psi": 0.01 * t, "port": t, "starboard": t}, plan)
     with (
         pytest.warns(PelagosWarning, match=r"ocean\.waves: left out"),
         pytest.raises(InputError, match="longest stretch"),

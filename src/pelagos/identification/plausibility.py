@@ -85,6 +85,10 @@ def plausible(name: str, values: NDArray[np.float64], label: str, unit: str, whe
         turns = np.abs(np.diff(values)).max()
         if turns > 6.6:
             hint = f"{most:.4g} {si} is more than a turn, and jumps by {turns:.4g}: degrees? Give unit: deg"
+    elif name in ANGLES and unit == "deg" and most < np.radians(_TAU + 0.1):
+        turn = np.degrees(np.abs(np.diff(values)).max())
+        if abs(turn - _TAU) < 2 * _SLIGHT:
+            hint = f"no number is beyond 2 pi, and they jump by {turn:.4g}: radians? Give unit: rad"
     elif most > limit:
         others = ", ".join(u for u in UNITS_OF[si] if UNIT_SCALES[u] < UNIT_SCALES[unit or si])
         hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); wrong unit? Give unit: {others}"

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.errors import InputError, LookupFailed
+from pelagos.errors import InputError, LookupFailed, did_you_mean
 
 Table = Mapping[str, NDArray[np.float64]]
 _RECORDING: Final = b"\x89MCAP"
@@ -32,6 +32,9 @@ def read_table(path: str | Path, names: Collection[str] | None = None) -> dict[s
         LookupFailed: no column has one of these names.
     """
     path = Path(path)
+    if not path.exists():
+        others = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        raise InputError(f"{path}: there is no such file{did_you_mean(path.name, others)}")
     try:
         raw = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
         rows = csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""))
