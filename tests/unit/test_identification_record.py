@@ -630,6 +630,9 @@ def test_what_is_held_or_rounded_does_not_jump():
     for name in ("x", "y"):
         held[name] = np.repeat(held[name][::10], 10)
     assert read_record(held, load_plan(NED)).doubts == ()
+    anew = {**held, "x": held["x"] + np.where(np.arange(400) >= 200, 50.0, 0.0)}
+    (text,) = read_record(anew, load_plan(NED)).doubts  # what is held after a jump is no drop-out
+    assert "between rows 200 and 201" in text
     rounded = under_way()
     for name in ("x", "y"):
         rounded[name] = np.round(rounded[name], 1)
@@ -650,12 +653,12 @@ def test_a_column_that_does_not_change_is_told():
 @pytest.mark.parametrize("turn", [0.7, 2.0, 30.0])
 @pytest.mark.parametrize("written", ["rad", "deg"])
 def test_the_unit_of_a_heading_is_known_in_a_current_too(current, turn, written):
-    """1 m/s ahead and 0.2 m/s aside, with a current that is as fast, and turns of `turn` rad to either side."""
+    """1 m/s ahead and 0.8 m/s aside, with a current that is as fast, and turns of `turn` rad to either side."""
     t = 0.2 * np.arange(900)
     heading = turn * np.sin(min(0.05, 1.5 / turn) * t) + 0.6
     ahead, noise = 1 + 0.1 * np.sin(0.3 * t), 0.01 * np.random.default_rng(2).normal(size=(2, 900))
-    north = np.cumsum(0.2 * (ahead * np.cos(heading) - 0.2 * np.sin(heading) + current[0])) + noise[0]
-    east = np.cumsum(0.2 * (ahead * np.sin(heading) + 0.2 * np.cos(heading) + current[1])) + noise[1]
+    north = np.cumsum(0.2 * (ahead * np.cos(heading) - 0.8 * np.sin(heading) + current[0])) + noise[0]
+    east = np.cumsum(0.2 * (ahead * np.sin(heading) + 0.8 * np.cos(heading) + current[1])) + noise[1]
     data = {"t": t, "x": north, "y": east, "psi": np.degrees(heading) if written == "deg" else heading}
     for unit in ("rad", "deg", ""):
         plan = load_plan({**NED, "columns": {**NED["columns"], "heading": {"column": "psi", "unit": unit}}})
