@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from pelagos.math.constants import GRAVITY
 
 VISCOSITY: Final = 1.14e-6  # of fresh water at 15 degC, as in the formula [m^2/s]
-_FITTED: Final = np.radians(np.arange(1.0, 21.0))  # amplitudes over which linear and quadratic damping are told apart
+AMPLITUDES: Final = np.radians(np.arange(1.0, 21.0))
+"""Over which linear and quadratic damping are told apart [rad]."""
 
 
 @dataclass(frozen=True)
@@ -83,13 +84,28 @@ def roll_components(form: RollForm, amplitude: float, frequency: float) -> RollC
 def roll_damping(form: RollForm, frequency: float, density: float) -> tuple[float, float]:
     """Linear [N m s] and quadratic [N m s^2] damping that dissipate what the components do in harmonic roll.
 
-    Over a period |p| p of an amplitude a is worth (8/3 pi) a w p, so the quadratic one is the slope of B44 over a w;
-    both are least squares over amplitudes from 1 to 20 deg, exact without bilge keels.
+    They are exact without bilge keels; see `linear_and_quadratic`.
     """
-    damping = np.array([roll_components(form, float(a), frequency).total for a in _FITTED])
-    slope, zero = np.polyfit(_FITTED, damping, 1)
     scale = density * form.volume * form.beam**2 / np.sqrt(form.beam / 2 / GRAVITY)
-    return float(zero * scale), float(slope * scale * 3 * np.pi / (8 * frequency))
+    damping = [scale * roll_components(form, float(a), frequency).total for a in AMPLITUDES]
+    return linear_and_quadratic(damping, frequency)
+
+
+def linear_and_quadratic(damping: Sequence[float], frequency: float) -> tuple[float, float]:
+    """Linear [N m s] and quadratic [N m s^2] damping of equivalent linear ones [N m s], none below 0, at `AMPLITUDES`.
+
+    Over a period |p| p of an amplitude a is worth (8/3 pi) a w p, so the quadratic one is the slope over a w. Least
+    squares in which neither part may be below 0: the damping of narrow bilge keels grows faster than the amplitude, and
+    the free fit's negative intercept would drive small rolls. Such keels have a quadratic part alone.
+
+    frequency: of roll [rad/s].
+    """
+    slope, zero = np.polyfit(AMPLITUDES, damping, 1)
+    if zero < 0:
+        slope, zero = np.dot(AMPLITUDES, damping) / np.dot(AMPLITUDES, AMPLITUDES), 0.0
+    elif slope < 0:
+        slope, zero = 0.0, np.mean(damping)
+    return float(zero), float(slope * 3 * np.pi / (8 * frequency))
 
 
 def roll_lift(form: RollForm, density: float) -> float:

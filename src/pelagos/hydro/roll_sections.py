@@ -13,7 +13,6 @@ by two thirds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
@@ -25,13 +24,12 @@ from numpy.typing import NDArray
 from pelagos.errors import InputError
 from pelagos.hydro.bilge_keel import Bilge, keel_force_damping, keel_pressure_damping
 from pelagos.hydro.lewis import LewisForm, lewis_form
-from pelagos.hydro.roll_damping import VISCOSITY
+from pelagos.hydro.roll_damping import AMPLITUDES, VISCOSITY, linear_and_quadratic
 from pelagos.hydro.section import section_radiation
 from pelagos.jit import Array
 
 Values = NDArray[np.float64]
 
-_AMPLITUDES: Final = np.radians(np.arange(1.0, 21.0))  # over which linear and quadratic damping are told apart
 _PANELS: Final = 60  # of a Lewis form: 1 % of its waves, see `hydro.section`
 
 
@@ -153,18 +151,13 @@ def section_damping(ship: RollSections, frequency: float, density: float) -> Sec
         InputError: a section that is beyond the method.
     """
     eddies = density * eddy_moment(ship)
-    still = LinearAndQuadratic(0.0, 0.0)
-    keels = still if ship.keel_breadth == 0 else _split(
-        [keel_damping(ship, float(a), frequency, density) for a in _AMPLITUDES], frequency
-    )  # fmt: skip
-    friction = [friction_damping(ship, float(a), frequency, density) for a in _AMPLITUDES]
-    return SectionDamping(_split(friction, frequency), density * wave_damping(ship, frequency), eddies, keels)
-
-
-def _split(damping: Sequence[float], frequency: float) -> LinearAndQuadratic:
-    """Least squares over the amplitudes: over a period |p| p of an amplitude a is worth (8/3 pi) a w p."""
-    slope, zero = np.polyfit(_AMPLITUDES, damping, 1)
-    return LinearAndQuadratic(float(zero), float(slope * 3 * np.pi / (8 * frequency)))
+    friction, keels = (
+        LinearAndQuadratic(
+            *linear_and_quadratic([of(ship, float(a), frequency, density) for a in AMPLITUDES], frequency)
+        )
+        for of in (friction_damping, keel_damping)
+    )
+    return SectionDamping(friction, density * wave_damping(ship, frequency), eddies, keels)
 
 
 def friction_damping(ship: RollSections, amplitude: float, frequency: float, density: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, Self, TypeAlias
+from typing import Final, Literal, Self, TypeAlias
 
 import drjit as dr
 import numpy as np
@@ -17,6 +17,10 @@ from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
 from pelagos.vehicles.terms.roll_sections import SectionRollDamping, SectionTableConfig, hull_sections, ship_of
+
+
+_ROUNDED: Final = 1e-9
+"""Share by which the quotient of two numbers may miss a limit."""
 
 
 class RollDampingConfig(PartConfig):
@@ -113,7 +117,7 @@ def _check(ranges: Iterable[Range], source: str, instead: str) -> None:
         InputError: names the number, its value and its range.
     """
     for name, value, low, high in ranges:
-        if not low <= value <= high:
+        if not low * (1 - _ROUNDED) <= value <= high * (1 + _ROUNDED):
             raise InputError(f"roll_damping: {name} is {value:.3g}; {source} for {low:g} to {high:g}: {instead}")
 
 
