@@ -293,7 +293,7 @@ those of the zig-zag steered by `pelagos manoeuvre`; beside them the heading whe
 state and gets the recorded rudder, where errors add up as they do not with a helmsman (pictures).
 """
 _MISSED: Final = """\
-With the published coefficients all overshoots are too small, first by 1.4 to 2.9 deg and second by 2.6 to 5.2 deg:
+With the published coefficients all overshoots are too small, first by 1.4 to 2.9 deg and second by 2.6 to 5.3 deg:
 that hull is too stable on its course. HMRI's drift tests say why: Y'v is -0.274 (published: -0.315), N'v -0.145
 (-0.137). With them first overshoots are within 2.2 deg on either side and second ones within 1.6 deg. By recorded
 rudder an error of a degree grows, as it must for a ship that is unstable on its course, to 2 to 6 deg until the

@@ -17,7 +17,7 @@ def by_hand(u, v, r, delta):
     speed = np.hypot(u, v)
     vn, rn, beta = v / speed, r * length / speed, np.arctan(-v / u)
     q = 0.5 * rho * length * d * speed**2
-    x = q * (-0.022 * (u / speed) ** 2 - 0.040 * vn**2 + 0.002 * vn * rn + 0.011 * rn**2 + 0.771 * vn**4)
+    x = q * (-0.022 - 0.040 * vn**2 + 0.002 * vn * rn + 0.011 * rn**2 + 0.771 * vn**4)
     y = q * (-0.315 * vn + 0.083 * rn - 1.607 * vn**3 + 0.379 * vn**2 * rn - 0.391 * vn * rn**2 + 0.008 * rn**3)
     n = -0.137 * vn - 0.049 * rn - 0.030 * vn**3 - 0.294 * vn**2 * rn + 0.055 * vn * rn**2 - 0.013 * rn**3
     n *= q * length
@@ -56,6 +56,24 @@ def test_accelerations_are_those_of_the_papers_equations(u, v, r, delta):
     assert nu_dot[0, [0, 1, 5]] == pytest.approx(by_hand(u, v, r, delta), rel=5e-4, abs=2e-8)
 
 
+@pytest.mark.parametrize(
+    ("u", "v", "share"),
+    [(5.0, 2.0, 1.0), (-3.0, 1.5, -1.0), (0.3, -0.2, 1.0), (0.1, 3.0, 2 / np.hypot(0.1, 3.0)), (0.0, 4.0, 0.0)],
+)
+def test_resistance_goes_with_the_whole_speed_and_against_the_way(u, v, share):
+    """Eq. 8: rho/2 L d U^2 R0; a hull of twice the resistance is slowed by as much again, whatever its drift.
+
+    Nearly abeam by (u/U)/0.05 of it.
+    """
+    slowed = []
+    for resistance in (0.022, 0.044):
+        ship = Vehicle.from_catalogue("kvlcc2", actuators={"rudder": {"hull": {"R0": resistance}}})
+        slowed.append(ship.accelerations([[0] * 6], [[u, v, 0, 0, 0, 0.002]], [[0.1]], [[0.1]])[0][0])
+    mass = np.array(ship.model.inertia.rigid, float) + np.array(ship.model.inertia.added, float)
+    force = (mass @ (slowed[1] - slowed[0]))[0]
+    assert force == pytest.approx(-0.5 * 1025 * 320 * 20.8 * 0.022 * (u * u + v * v) * share, rel=1e-6, abs=1.0)
+
+
 def test_the_engine_holds_the_service_speed():
     """Thrust less deduction equals resistance at 15.5 knots: the surge left is below 0.2 % of the resistance's."""
     ship = Vehicle.from_catalogue("kvlcc2")
@@ -81,5 +99,5 @@ def test_a_missing_derivative_is_named():
 def test_turning_circle():
     """Within IMO's limits; advance and tactical diameter as the page on manoeuvres has them."""
     found = {m.name: m.value for m in run_manoeuvre({"type": "kvlcc2"}, "turning", Orders()).measures}
-    assert found["advance"] == pytest.approx(2.98, abs=0.03)
-    assert found["tactical diameter"] == pytest.approx(3.02, abs=0.03)
+    assert found["advance"] == pytest.approx(2.98, abs=0.01)
+    assert found["tactical diameter"] == pytest.approx(3.00, abs=0.01)

@@ -237,7 +237,8 @@ def test_linear_and_quadratic_parts_dissipate_what_the_amplitudes_do(
 
 
 @pytest.mark.parametrize(
-    ("degrees", "values"), [([1.0, 10.5, 20.0], [0.2, 3.0, 9.0]), ([1.0, 8.0, 20.0], [5.0, 4.0, 1.5]), ([1.0, 20.0], [1.0, 3.0])]
+    ("degrees", "values"),
+    [([1.0, 10.5, 20.0], [0.2, 3.0, 9.0]), ([1.0, 8.0, 20.0], [5.0, 4.0, 1.5]), ([1.0, 20.0], [1.0, 3.0])],
 )  # fmt: skip
 def test_no_part_of_a_damping_drives(degrees: list[float], values: list[float]) -> None:
     """Convex, falling, and ordinary damping: nonnegative least squares by active sets (Lawson and Hanson)."""

@@ -18,6 +18,9 @@ from pelagos.jit import Array
 _SLOW: Final = 1e-3
 """Least speed ahead that angles are taken against, in parts of the speed or in m/s."""
 
+_ABEAM: Final = 0.05
+"""Speed ahead in parts of the whole below which a ship is carried aside, and resistance no longer has a side."""
+
 
 @dataclass(frozen=True)
 class Ship:
@@ -70,15 +73,19 @@ def speed_and_drift(ship: Ship, u: Array, v: Array, r: Array) -> tuple[Array, Ar
 def hull_force(ship: Ship, c: dict[str, Array], u: Array, v: Array, r: Array) -> tuple[Array, Array, Array]:
     """X, Y [N] and N [N m] of the hull (Eqs. 7, 8).
 
+    R0 multiplies U^2, against the way ahead. Astern, which the paper leaves out, it is turned round, and it passes
+    through 0 over the last 3 deg before a drift from abeam.
+
     Args:
         ship: its size.
         c: R0, Xvv, Xvr, Xrr, Xvvvv, Yv, Yr, Yvvv, Yvvr, Yvrr, Yrrr, Nv, Nr, Nvvv, Nvvr, Nvrr, Nrrr, by rho/2 L d U^2
-            (N: L^2). R0 acts against the way ahead or astern.
+            (N: L^2).
         u, v: surge and sway amidships [m/s]; r: yaw rate [rad/s].
     """
     speed, a, b = speed_and_drift(ship, u, v, r)
     scale = 0.5 * ship.density * ship.length * ship.draught * speed * speed
-    drag = 0.5 * ship.density * ship.length * ship.draught * c["R0"] * u * dr.abs(u)
+    ahead = dr.clip(u / (_ABEAM * speed), -1.0, 1.0)
+    drag = 0.5 * ship.density * ship.length * ship.draught * c["R0"] * (u * u + v * v) * ahead
     x = scale * (c["Xvv"] * a * a + c["Xvr"] * a * b + c["Xrr"] * b * b + c["Xvvvv"] * a * a * a * a) - drag
 
     def lateral(k: str) -> Array:

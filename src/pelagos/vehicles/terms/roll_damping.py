@@ -18,7 +18,6 @@ from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
 from pelagos.vehicles.terms.roll_sections import SectionRollDamping, SectionTableConfig, hull_sections, ship_of
 
-
 _ROUNDED: Final = 1e-9
 """Share by which the quotient of two numbers may miss a limit."""
 
