@@ -115,11 +115,11 @@ def _drawn(time: np.ndarray, roll: np.ndarray, models: dict[str, Trial]) -> byte
         figure = theme.figure(10.5, 3.4)
         decay, ratio = figure.subplots(1, 2)
         decay.plot(time, np.degrees(roll), color=theme.SENSOR, label="measured")
-        ratio.plot(*_by_amplitude(roll), ".", color=theme.SENSOR, ms=3, label="measured")
+        ratio.plot(*_by_amplitude(time, roll), ".", color=theme.SENSOR, ms=3, label="measured")
         for (words, trial), dashes in zip(models.items(), ("-", "--", ":"), strict=True):
-            angle = trial.track.attitude[:, 0]
-            decay.plot(trial.track.time, np.degrees(angle), dashes, color=theme.TRUTH, lw=0.7, label=words)
-            ratio.plot(*_by_amplitude(angle), dashes, color=theme.TRUTH, label=words)
+            passed, angle = trial.track.time, trial.track.attitude[:, 0]
+            decay.plot(passed, np.degrees(angle), dashes, color=theme.TRUTH, lw=0.7, label=words)
+            ratio.plot(*_by_amplitude(passed, angle), dashes, color=theme.TRUTH, label=words)
         decay.set_xlim(0, 60)
         decay.set_xlabel("time, at the model's size [s]")
         decay.set_ylabel("roll [deg]")
@@ -132,11 +132,10 @@ def _drawn(time: np.ndarray, roll: np.ndarray, models: dict[str, Trial]) -> byte
     return picture
 
 
-def _by_amplitude(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean amplitude [deg] and damping ratio, each over eight half cycles: extremes lie between samples."""
-    _, _, size, each = half_cycles(angle)
-    mean = np.full(8, 1 / 8)
-    return np.degrees(np.convolve(size, mean, "valid")), np.convolve(each, mean, "valid")
+def _by_amplitude(time: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean amplitude [deg] and damping ratio, each over eight half cycles, which evens out an angle of rest."""
+    cycles, mean = half_cycles(time, angle), np.full(8, 1 / 8)
+    return np.degrees(np.convolve(cycles.amplitude, mean, "valid")), np.convolve(cycles.ratio, mean, "valid")
 
 
 def _keep(folder: Path) -> None:

@@ -207,9 +207,10 @@ def test_a_manoeuvre_of_another_parameter_set(capsys: pytest.CaptureFixture[str]
     widths = []
     for variant in (None, "drift_tests"):
         show_manoeuvre("kvlcc2", "turning", Orders(rudder_deg=35.0), out=None, as_json=True, variant=variant)
-        measures = json.loads(capsys.readouterr().out)["measures"]
-        widths.append(next(m["value"] for m in measures if m["name"] == "tactical diameter"))
-    assert widths == pytest.approx([3.02, 3.24], abs=0.01)
+        told = json.loads(capsys.readouterr().out)
+        assert told["variant"] == variant
+        widths.append(next(m["value"] for m in told["measures"] if m["name"] == "tactical diameter"))
+    assert widths == pytest.approx([3.00, 3.22], abs=0.01)
     with pytest.raises(PelagosError, match=r"variant 'drift_test' is none of .*did you mean 'drift_tests'"):
         show_manoeuvre("kvlcc2", "turning", Orders(), out=None, as_json=True, variant="drift_test")
     with pytest.raises(InputError, match=r"--variant shallow: is for vehicles of the catalogue"):

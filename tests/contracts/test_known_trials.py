@@ -32,7 +32,7 @@ TRIALS: dict[str, tuple[str, str, Orders]] = {
     "turning": ("mariner", "turning", Orders(rudder_deg=-30.0, seconds=240)),
     "zigzag": ("mariner", "zigzag", Orders(rudder_deg=-20, angle_deg=4)),
     "spiral": ("mariner", "spiral", Orders(rudder_deg=15, seconds=2)),
-    "stop": ("otter", "stop", Orders(speed_m_s=1.5, seconds=4)),
+    "stop": ("otter", "stop", Orders(seconds=4)),
     "decay": ("otter", "decay", Orders(angle_deg=8, seconds=8)),
     "bollard": ("bluerov2_heavy", "bollard", Orders()),
     "bollard of a hull": ("otter", "bollard", Orders()),

@@ -29,7 +29,7 @@ def ship(length: float, beam: float, draught: float, block: float, **changes: An
             "type": "clarke", "draught_m": draught, "heave_kg": mass, "roll_kg_m2": 0.02 * mass * beam**2,
             "pitch_kg_m2": 0.05 * mass * length**2,
         },
-        "coriolis": {"rigid": "none", "added": "none"},
+        "coriolis": {"added": "none"},
         "terms": {
             "hydrostatics": {
                 "type": "hydrostatic", "heave_n_m": 7e3 * length * beam, "roll_n_m": mass, "pitch_n_m": 40 * mass,
@@ -41,7 +41,10 @@ def ship(length: float, beam: float, draught: float, block: float, **changes: An
 
 
 def test_matrices_are_those_of_mss():
-    """M, and N by the change of forces with a small drift and a small rate about a straight course (U - u: 1e-13)."""
+    """M, and N by the change of forces with a small drift and a small rate about a straight course (U - u: 1e-13).
+
+    MSS's N is without the rigid body's m U r and m xg U r.
+    """
     t = table("clarke83")
     for row in (dict(zip(t, values, strict=True)) for values in zip(*t.values(), strict=True)):
         form = {name: row[key] for name, key in (("length", "L"), ("beam", "B"), ("draught", "T"), ("block", "Cb"))}
@@ -51,23 +54,24 @@ def test_matrices_are_those_of_mss():
         assert m[axes] == pytest.approx(np.array([[row["M22"], row["M23"]], [row["M32"], row["M33"]]]), rel=1e-12)
         nu = np.array([[row["U"], 1e-6, 0, 0, 0, 0], [row["U"], 0, 0, 0, 0, -1e-8]])
         force = m @ vehicle.accelerations(np.zeros((2, 6)), nu, np.zeros((2, 0)), np.zeros((2, 0)))[0].T
-        found = -force[[1, 5]] / [1e-6, -1e-8]
+        rigid = vehicle.config.body.rigid[0, 0] * row["U"] * np.array([[0, 1], [0, row["xg"]]])
+        found = -force[[1, 5]] / [1e-6, -1e-8] - rigid
         assert found == pytest.approx(np.array([[row["N22"], row["N23"]], [row["N32"], row["N33"]]]), rel=1e-9)
 
 
 @pytest.mark.parametrize("ahead", [5.0, -4.0])
 def test_drift_and_rate_turn_round_as_they_must(ahead):
-    """Both signs, and astern: sway and rate are damped, u r and u v change their sign with u."""
+    """Both signs, and astern: sway and rate are damped, u r and u v change their sign with u; m r is the body's."""
     vehicle = pl.Vehicle.from_dict(ship(100.0, 20.0, 8.0, 0.7))
     found = clarke_derivatives(MainDimensions(100.0, 20.0, 8.0, 11200.0))
     v, r = -0.8, 0.01
     speed, scale = np.hypot(ahead, v), 0.5 * RHO * 100.0**2
     got = vehicle.accelerations([[0] * 6], [[ahead, v, 0, 0, 0, r]], [[]], [[]])[0][0]
     force = vehicle.config.body.mass_matrix @ got
-    side = scale * (found.y_v * speed * v + found.y_r * 100 * ahead * r)
+    side = scale * (found.y_v * speed * v + found.y_r * 100 * ahead * r) - RHO * 11200.0 * ahead * r
     turn = scale * 100 * (found.n_v * ahead * v + found.n_r * 100 * speed * r)
     assert force[[1, 5]] == pytest.approx([side, turn], rel=1e-9)
-    assert force[[0, 3]] == pytest.approx([0, 0], abs=1e-3)
+    assert force[[0, 3]] == pytest.approx([RHO * 11200.0 * v * r, 0], abs=1e-3)
     assert found.y_v < 0
     assert found.n_r < 0
 
@@ -124,6 +128,11 @@ def test_forms_beyond_the_regression_are_refused():
         plain = {"type": "diagonal", "diagonal": [1e5] * 6}
         with pytest.raises(ScenarioError, match=f"clarke: {said}"):
             _ = pl.Vehicle.from_dict(ship(*dimensions, added_mass=plain)).model
+    with pytest.raises(ScenarioError, match=r"'hull' are without the rigid body's .*\{rigid: momentum, added: none\}"):
+        pl.Vehicle.from_dict(ship(160, 25, 8, 0.7, coriolis={"rigid": "none", "added": "none"}))
+    twice = {**ship(160, 25, 8, 0.7)["terms"], "again": {"type": "clarke", "draught_m": 8}}
+    with pytest.raises(ScenarioError, match="terms hull and again are both of type clarke: a hull has one side force"):
+        pl.Vehicle.from_dict(ship(160, 25, 8, 0.7, terms=twice))
     with pytest.raises(ScenarioError, match="'hull' contain the Coriolis forces of the added mass"):
         pl.Vehicle.from_dict(ship(100.0, 16.0, 6.0, 0.7, coriolis={"rigid": "momentum"}))
     other = ship(100.0, 16.0, 6.0, 0.7)

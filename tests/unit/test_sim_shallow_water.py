@@ -56,7 +56,21 @@ def test_a_ship_beyond_the_ground_is_in_deep_water():
     given["agents"]["s0"]["start"]["position_m"] = [500.0, 0.0]
     plain = scenario(size=100.0, vehicle="kvlcc2")
     plain["agents"]["s0"]["start"]["position_m"] = [500.0, 0.0]
-    assert gained(given, 10) == pytest.approx(gained(plain, 10), abs=1e-5)
+    with pytest.warns(pl.ValidityWarning, match=r"agents\.s0: at x 500, y 0 m there is no ground below, which ends at "
+                      r"x -50 and 50, y -50 and 50 m: the water counts as deep there") as told:  # fmt: skip
+        found = gained(given, 10)
+    assert len(told) == 1
+    assert found == pytest.approx(gained(plain, 10), abs=1e-5)
+
+
+def test_the_ship_that_leaves_the_ground_is_named():
+    """Of two alike, the second is 30 m from the edge, to the west, and goes there at 7 m/s."""
+    given = scenario(2, size=2000.0)
+    given["agents"]["s1"]["start"] |= {"position_m": [0.0, 970.0], "heading_deg": -90.0}
+    sim = pl.Simulation.load(given)
+    sim.step(ticks=30)
+    with pytest.warns(pl.ValidityWarning, match=r"agents\.s1: at x -?0, y 100[0-2] m there is no ground below"):
+        sim.step(ticks=30)
 
 
 def fast(depth, sinkage):

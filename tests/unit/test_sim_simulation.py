@@ -149,6 +149,23 @@ def test_current_carries_a_drifting_vehicle(towards, slip):
     assert way == pytest.approx([north, west, 0.0], abs=slip)
 
 
+@pytest.mark.parametrize("speed", [1.5, -0.4])
+def test_the_start_speed_is_over_the_ground(speed):
+    """Heading 60 in a current to the south-west: in the first 10 ms drag changes 1.5 m/s by some mm/s."""
+    start = {"position_m": [3.0, -4.0, -8.0], "heading_deg": 60.0, "speed_mps": speed}
+    scenario = {
+        "tick_rate_hz": 100,
+        "world": {"type": "flat", "depth_m": 30},
+        "ocean": {"currents": [{"type": "uniform", "speed_mps": 0.7, "towards_deg": 225}]},
+        "agents": {"a": {"vehicle": "remus100", "control": "actuators", "start": start}},
+    }
+    sim = pl.Simulation.load(scenario)
+    assert sim.state["a"].velocity[0] == pytest.approx([speed, 0.0, 0.0], abs=1e-12)
+    sim.step()
+    ahead = 0.01 * speed * np.array([np.cos(np.radians(60)), -np.sin(np.radians(60)), 0.0])
+    assert sim.state["a"].position[0] - [3.0, -4.0, -8.0] == pytest.approx(ahead, abs=1e-4)
+
+
 @pytest.mark.parametrize(
     ("roll", "pitch", "heading"), [(10.0, 20.0, 30.0), (-25.0, 15.0, -120.0), (5.0, -35.0, 170.0), (0.0, 12.0, 0.0)]
 )

@@ -8,6 +8,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
+import pelagos as pl
 from pelagos import jit
 from pelagos.errors import CommandError, InputError, LookupFailed, ScenarioError
 from pelagos.vehicles.blame import blame
@@ -35,6 +36,31 @@ def test_variants_are_used_as_a_whole():
         Vehicle.from_catalogue("bluerov2_heavy", variant="wu2018")
 
 
+@pytest.mark.parametrize("given", [["shallow"], {"shallow": 1}, 3])
+def test_a_variant_is_one_name(given):
+    with pytest.raises(ScenarioError, match=r"variant: give one name of drift_tests, shallow, sections, not "):
+        Vehicle.from_dict({"type": "kvlcc2", "variant": given})
+    scenario = {"world": {"type": "flat"}, "agents": {"s": {"vehicle": {"type": "kvlcc2", "variant": given}}}}
+    with pytest.raises(ScenarioError, match=r"agents\.s\.vehicle: variant: give one name of drift_tests"):
+        pl.Simulation.load(scenario)
+
+
+def test_a_custom_vehicle_has_no_variant():
+    own = Vehicle.from_catalogue("otter").config.model_dump(mode="json") | {"type": "custom", "variant": "fast"}
+    with pytest.raises(ScenarioError, match="variant 'fast': vehicles of the catalogue have variants, custom has none"):
+        Vehicle.from_dict(own)
+
+
+def test_an_unknown_key_of_a_changed_part_is_told_the_keys_of_that_part():
+    """The part's `type` is the catalogue's, or its variant's, and not written in the change."""
+    changed = {"type": "kvlcc2", "variant": "shallow", "terms": {"squat": {"sinkag": 1.0}}}
+    words = r"terms\.squat\.sinkag: unknown key 'sinkag' .did you mean 'sinkage'.*; known: type, sinkage, trim"
+    with pytest.raises(ScenarioError, match=words):
+        Vehicle.from_dict(changed)
+    with pytest.raises(ScenarioError, match=words):
+        pl.Simulation.load({"world": {"type": "flat"}, "agents": {"s": {"vehicle": changed}}})
+
+
 NATIVE = {
     "type": "engine_forces", "mass_kg": 16.0, "volume_m3": 0.0165, "inertia_kg_m2": [0.3, 1.2, 1.4],
     "drag_area_m2": 0.06, "damping_1_s": 0.3, "turn_damping_1_s": 0.4, "half_height_m": 0.9,
@@ -57,7 +83,7 @@ PUSHED = {**NATIVE, "thrusters": [{"position_m": [-0.4, 0.2, 0.1], "direction": 
         ("remus100", {"mass": {"center_of_gravity_m": [2, 0, 0]}}, "centre of gravity.*outside the hull"),
         ("remus100", {"actuators": {"rudder": {"area_m2": 0}}}, "area_m2.*greater than 0"),
         ("remus100", {"hull": {"fins": [{"angle_deg": 0, "x_m": 0, "span_m": 0, "chord_m": 0.1}]}}, "span_m"),
-        ("remus100", {"lenght_m": 2.0}, "lenght_m.*[Ee]xtra"),
+        ("remus100", {"lenght_m": 2.0}, "lenght_m.*did you mean 'length_m'"),
         ("remus100", {"default_mode": "depth"}, "default_mode 'depth' is none of"),
         ("bluerov2", {"modes": {"m": {**PUSHED, "command": "pose"}}}, "leave out 'thrusters'"),
         ("bluerov2", {"modes": {"m": {**PUSHED, "command": "place"}}}, "two 'thrusters', left and right, not 1"),

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pelagos.errors import InputError, LookupFailed
-from pelagos.manoeuvres import run_manoeuvre, turning_measures, zigzag_measures
-from pelagos.manoeuvres.measures import decay_measures, first_overshoot_limit, second_overshoot_limit, stop_measures
+from pelagos.hydro.squat import squat
+from pelagos.manoeuvres import picture, run_manoeuvre, turning_measures, zigzag_measures
+from pelagos.manoeuvres.approach import approach
+from pelagos.manoeuvres.measures import (
+    decay_measures,
+    first_overshoot_limit,
+    half_cycles,
+    second_overshoot_limit,
+    stop_measures,
+)
 from pelagos.manoeuvres.orders import Orders
 from pelagos.manoeuvres.picture import draw
 from pelagos.vehicles.vehicle import Vehicle
@@ -90,7 +100,7 @@ def test_a_stop_along_a_quarter_of_a_circle(side):
 def test_orders_that_a_manoeuvre_would_ignore_are_refused():
     for name, orders, words in (
         ("bollard", Orders(rudder_deg=20), "--rudder 20: bollard takes no option"),
-        ("decay", Orders(speed_m_s=2), "--speed 2: decay takes --angle, --seconds"),
+        ("decay", Orders(speed_m_s=2), "--speed 2: decay takes --angle, --depth, --seconds"),
         ("turning", Orders(rudder_deg=0), "--rudder 0: give a number other than 0"),
         ("decay", Orders(angle_deg=-200), "--angle -200: give at most 90 deg"),
         ("zigzag", Orders(angle_deg=-10), "--angle -10: give a number above 0"),
@@ -139,6 +149,124 @@ def test_a_decay_gives_its_damping_back():
     assert found["damping ratio, mean"].value == pytest.approx(zeta / np.sqrt(1 - zeta**2), rel=0.02)
     with pytest.raises(InputError, match="too few for its damping"):
         decay_measures(t, 0.2 * np.exp(-t))
+
+
+@pytest.mark.parametrize("rest", [0.0, 0.03])
+def test_extremes_lie_between_samples(rest):
+    """A swing of 0.93 s sampled at 10 Hz: cos(w h/2) says that samples are up to 5.7 % below the extremes.
+
+    Parabolas are within (w h)^4/128 = 1.6e-3 of the amplitude for a cosine; damping and the angle of rest: 6e-3.
+    """
+    zeta, w, t = 0.02, 2 * np.pi / 0.93, np.arange(0, 12, 0.1)
+    found = half_cycles(t, rest + 0.2 * np.exp(-zeta * w * t) * np.cos(w * t + 0.3))
+    true = (np.arange(1, len(found.time) + 1) * np.pi - 0.3 - np.arctan(zeta)) / w
+    assert found.time == pytest.approx(true, abs=2e-3)
+    size = 0.2 * np.exp(-zeta * w * true) * np.cos(np.arctan(zeta))
+    assert np.abs(found.angle - rest) == pytest.approx(size, rel=6e-3)
+    assert found.ratio == pytest.approx(zeta, rel=0.1)
+    assert found.ratio.mean() == pytest.approx(zeta, rel=0.01)
+
+
+def test_what_cannot_be_told_from_scatter_is_not_carried_on_to_small_angles():
+    """zeta' = 0.01 + 0.05 a over 40 half cycles, with scatter of 1 %, and 0.02 with it and no growth."""
+    rng = np.random.default_rng(5)
+    for growth, told in ((0.05, True), (0.0, False)):
+        size = [0.3]
+        for _ in range(40):
+            ratio = (0.01 + growth * size[-1] if told else 0.02) * (1 + 0.01 * rng.standard_normal())
+            size.append(size[-1] * np.exp(-np.pi * ratio))
+        corners = np.array(size) * (-1.0) ** np.arange(41)
+        x = np.arange(0, 40.001, 0.01)
+        k = np.minimum(x.astype(int), 39)
+        swing = (corners[k] + corners[k + 1]) / 2 + (corners[k] - corners[k + 1]) / 2 * np.cos(np.pi * (x - k))
+        found = by_name(decay_measures(5 * x, swing))
+        assert ("damping ratio at small angles" in found) == ("its growth with the angle" in found) == told
+        if told:
+            assert found["damping ratio at small angles"].value == pytest.approx(0.01, rel=0.1)
+            assert found["its growth with the angle"].value == pytest.approx(0.05, rel=0.1)
+        else:
+            assert found["damping ratio, mean"].value == pytest.approx(0.02, rel=0.02)
+
+
+def test_a_roll_that_grows_is_drawn_below_nought(monkeypatch):
+    """An axis upwards, nought at its top, and every half cycle on it."""
+    made = []
+    monkeypatch.setattr(picture.theme, "as_png", lambda figure: made.append(figure) or b"")
+    trial = run_manoeuvre({"type": "otter"}, "decay", Orders(seconds=8))
+    t = trial.track.time
+    grown = 0.01 * np.exp(0.02 * t) * np.sin(6 * t)
+    attitude = np.stack([grown, 0 * t, 0 * t], axis=1)
+    track = replace(trial.track, attitude=attitude)
+    draw(replace(trial, track=track, measures=decay_measures(t, grown)))
+    low, high = made[0].axes[1].get_ylim()
+    ratio = half_cycles(t, grown).ratio
+    assert low < ratio.min() < ratio.max() < 0 <= high
+    assert low == pytest.approx(1.25 * ratio.min(), rel=0.3)
+
+
+def test_revolutions_are_those_of_the_speed():
+    """Hull, propeller and air go with U^2, so that revolutions go with U; the catalogue's hold 7.97 and 8.0 m/s."""
+    slow, slower = (approach({"type": "kvlcc2"}, Orders(speed_m_s=u)).vehicle for u in (5.0, 4.0))
+    turns = [v["actuators"]["rudder"]["revolutions_hz"] for v in (slow, slower)]
+    assert turns == pytest.approx([1.777 * 5 / 7.97, 1.777 * 4 / 7.97], rel=2e-3)
+    naval = approach({"type": "navalvessel"}, Orders(speed_m_s=4.0))
+    assert naval.revolutions == pytest.approx({1: 6.444 / 2}, rel=2e-3)
+    assert approach({"type": "navalvessel"}, Orders()).revolutions == {1: 6.444}
+    assert approach({"type": "kvlcc2"}, Orders(speed_m_s=7.97)).vehicle == {"type": "kvlcc2"}
+
+
+def test_a_ship_holds_the_speed_that_was_ordered():
+    """A zig-zag of 1 deg from 4 m/s: the first 10 s are straight ahead."""
+    trial = run_manoeuvre({"type": "navalvessel"}, "zigzag", Orders(speed_m_s=4.0, angle_deg=1.0))
+    before = trial.track.time <= 10.0
+    assert trial.track.velocity[before, 0] == pytest.approx(4.0, rel=1e-3)
+    assert "4 m/s" in trial.title
+
+
+def test_speeds_that_nothing_holds_are_refused():
+    for name, speed, words in (
+        ("navalvessel", 12.0, r"--speed 12: navalvessel makes at most 8\.02 m/s"),
+        ("mariner", 5.0, r"--speed 5: mariner would gain speed at once: .*leave --speed out \(7\.72 m/s\)"),
+        ("otter", 9.0, r"--speed 9: otter makes at most 1\.5 m/s"),
+    ):
+        with pytest.raises(InputError, match=words):
+            run_manoeuvre({"type": name}, "stop" if name == "otter" else "turning", Orders(speed_m_s=speed))
+
+
+def test_a_stop_begins_at_the_ordered_speed():
+    found = by_name(run_manoeuvre({"type": "otter"}, "stop", Orders(speed_m_s=1.2)).measures)
+    assert found["speed before"].value == pytest.approx(1.2, abs=1e-12)
+
+
+def test_ships_that_feel_the_depth_are_asked_for_it():
+    shallow = {"type": "kvlcc2", "variant": "shallow"}
+    with pytest.raises(InputError, match=r"kvlcc2 feels the depth of its water here: give it \(--depth\)"):
+        run_manoeuvre(shallow, "turning")
+    with pytest.raises(InputError, match=r"--depth 30: nothing of kvlcc2 depends on the depth .*, shallow"):
+        run_manoeuvre({"type": "kvlcc2"}, "turning", Orders(depth_m=30))
+    with pytest.raises(InputError, match=r"--depth 15: .*its hull would touch seabed"):
+        run_manoeuvre(shallow, "turning", Orders(depth_m=15))
+    trial = run_manoeuvre(shallow, "zigzag", Orders(rudder_deg=20, angle_deg=1, depth_m=31.2))
+    assert trial.title == "kvlcc2, variant shallow: zigzag, 20/1 at 7.97 m/s in 31.2 m of water"
+    speed = float(np.hypot(*trial.track.velocity[-1, :2]))
+    sinkage, trim = squat((1.46, 1.0), 312600.0, 320.0, speed, 31.2, 9.81)
+    assert trial.track.position[-1, 2] == pytest.approx(sinkage + 3.3e8 * speed * trim / 1.68e8, rel=0.05)
+
+
+def test_rates_of_a_spiral_are_positive_to_starboard_whichever_way_the_helm_is_swept():
+    trial = run_manoeuvre({"type": "navalvessel"}, "spiral", Orders(rudder_deg=20, seconds=30))
+    found = by_name(trial.measures)
+    for way in ("to port", "back"):
+        assert found[f"yaw rate at +20 deg of helm, sweep {way}"].value > 1.0
+        assert found[f"yaw rate at -10 deg of helm, sweep {way}"].value < -0.5
+    assert trial.track.attitude[295, 2] > 0.5  # 30 s of helm to starboard
+
+
+def test_a_trial_brings_its_own_control_mode():
+    """Of a ship without the mode `actuators`, and of one whose mode of that name is another."""
+    for changed in (None, {"type": "wrench"}):
+        ship = {"type": "navalvessel", "modes": {"actuators": changed}}
+        assert run_manoeuvre(ship, "zigzag", Orders(angle_deg=1.0)).measures
 
 
 def test_vehicles_refuse_what_they_cannot():

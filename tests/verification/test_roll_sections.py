@@ -344,6 +344,39 @@ REFUSED = [
     (changed("draught_m", 3, 2.0), r"area_m2 at x = 60 m is 1190, more than beam times draught, 116"),
     (tanker(sections={**TABLE, "x_m": [-12.0, -6.0, 0.0, 6.0, 12.0]}), r"hold 2.\d+e\+04 m.3, 8% of the 3.126e\+05"),
     (tanker(sections={**TABLE, "bilge_radius_m": [21.0] * 5}), r"bilge_radius_m at x = -120 m is 21, more than"),
+    (changed("x_m", 4, 180.0), r"x_m has a section at 180 m, off the hull of 320 m; -176 to 176 m are allowed"),
+    (changed("beam_m", 1, 61.0), r"beam_m at x = -60 m is 61, more than the hull's beam, 58 m"),
+    (changed("draught_m", 3, 31.0), r"draught_m at x = 60 m is 31, more than the hull's height, 30 m"),
+    (tanker(gravity_depth_m=-1000.0), r"gravity_depth_m over the draught is -48.1; the method was made for -1.5 to 1"),
+    (
+        tanker()
+        | {
+            "terms": {
+                "two": {
+                    "type": "roll_damping",
+                    "gravity_depth_m": 2.2,
+                    "draught_m": 20.8,
+                    "block": 0.8,
+                    "midship": 0.99,
+                }
+            }
+        },
+        r"terms roll and two are both of type roll_damping: a hull's roll is damped once",
+    ),
+    (
+        {"type": "kvlcc2", "terms": {"hydrostatics": {"roll_n_m": 1e11}}},
+        r"natural period of roll is 8\.97 s, by a stiffness of 1e\+11 N m .* 10\.8 s and longer at a beam of 58 m",
+    ),
+    (tanker(sections="hul"), r"terms.roll.sections: 'hul' is not allowed .did you mean 'hull'"),
+    (
+        tanker(sections={"x_m": [1, 2, 3]}),
+        r"vehicle kvlcc2: terms.roll.sections: beam_m has 18 numbers and x_m 3: give",
+    ),
+    (
+        {"type": "kvlcc2", "terms": {"roll": {"sections": {"x_m": [1, 2, 3]}}}},
+        r"terms.roll.sections.beam_m: required key 'beam_m' is missing",
+    ),
+    (tanker(x=1), r"terms.roll.x: unknown key 'x'; known: type, draught_m, block, midship, sections"),
     (
         tanker(sections=TABLE, gravity_depth_m=19.0),
         r"the section at x = -120 m has 700 m.2 in a draught of 20.8 m: the roll axis, 19 m deep, leaves nothing below",
@@ -361,8 +394,10 @@ REFUSED = [
 
 @pytest.mark.parametrize(("vehicle", "words"), REFUSED)
 def test_sections_that_cannot_be_are_refused(vehicle: dict[str, Any], words: str) -> None:
-    with pytest.raises(PelagosError, match=words):
+    with pytest.raises(PelagosError, match=words) as error:
         Vehicle.from_dict(vehicle)
+    assert "literal[" not in str(error.value)
+    assert "function-" not in str(error.value)
 
 
 def test_a_prism_by_its_hull_is_one_by_its_table() -> None:

@@ -201,7 +201,8 @@ class Manoeuvre(StrEnum):
 @app.command(
     epilog="Examples:\n\n    pelagos manoeuvre mariner turning --out turning.png\n\n"
     "    pelagos manoeuvre mariner zigzag --rudder 20 --angle 20\n\n"
-    "    pelagos manoeuvre kvlcc2 zigzag --variant drift_tests"
+    "    pelagos manoeuvre kvlcc2 zigzag --variant drift_tests\n\n"
+    "    pelagos manoeuvre kvlcc2 turning --variant shallow --depth 31.2"
 )
 def manoeuvre(
     vehicle: Annotated[
@@ -215,6 +216,9 @@ def manoeuvre(
     speed: Annotated[float | None, typer.Option(metavar="M/S", help="Before.", show_default=False)] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Longest run.", show_default=False)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture, .png.", show_default=False)] = None,
+    depth: Annotated[
+        float | None, typer.Option(metavar="M", help="Of the water, for ships that feel it.", show_default=False)
+    ] = None,
     variant: Annotated[
         str | None, typer.Option(metavar="NAME", help="Another parameter set of the vehicle.", show_default=False)
     ] = None,
@@ -225,7 +229,7 @@ def manoeuvre(
     from pelagos.cli.manoeuvre import show_manoeuvre
     from pelagos.manoeuvres.orders import Orders
 
-    orders = Orders(rudder, angle, speed, seconds)
+    orders = Orders(rudder, angle, speed, seconds, depth)
     show_manoeuvre(vehicle, which.value, orders, out=out, as_json=as_json, variant=variant, trust=trust)
 
 

@@ -37,10 +37,16 @@ def show_manoeuvre(
         rows = [
             {"name": m.name, "value": m.value, "unit": m.unit, "limit": m.limit, "kept": m.kept} for m in trial.measures
         ]
-        told = {"vehicle": trial.vehicle, "manoeuvre": name, "ordered": trial.ordered, "measures": rows}
-        console.print_json(json.dumps(told))
+        told = {
+            "vehicle": trial.vehicle,
+            "variant": trial.variant,
+            "manoeuvre": name,
+            "ordered": trial.ordered,
+            "measures": rows,
+        }
+        console.print_json(json.dumps(told | {"measures": rows}))
     else:
-        table = Table(title=f"{trial.vehicle}: {name}, {trial.ordered}", box=None, title_justify="left")
+        table = Table(title=trial.title, box=None, title_justify="left")
         for head in ("quantity", "value", "unit", "IMO limit", ""):
             table.add_column(head, justify="right" if head in ("value", "IMO limit") else "left")
         for m in trial.measures:

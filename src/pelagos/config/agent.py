@@ -33,7 +33,8 @@ class Start(Strict):
     pitch_deg: float = Field(default=0.0, ge=-90, le=90)
     """Pitch, nose up positive [deg]."""
     speed_mps: float = 0.0
-    """Speed forward through the water [m/s]."""
+    """Speed forward over the ground [m/s], as velocities of `reset` and `set_state` are: 1 m/s against a current of
+    0.5 m/s is 1.5 m/s through the water. What floats and is given no height has its water's motion in waves besides."""
     anywhere: bool = False
     """Start even inside the seabed or where the hull touches something; contact then pushes it out."""
     grid: tuple[int, int] | None = None

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from pelagos.config.document import Document, Key
 from pelagos.config.unit import in_unit_of, symbol_of, unit_of
-from pelagos.config.walk import annotation_at, data_path, fixed_length, model_of, value_at
+from pelagos.config.walk import annotation_at, data_path, fixed_length, model_at, model_of, value_at
 from pelagos.errors import ScenarioError, did_you_mean
 
 _LIMITS: Final = {
@@ -22,7 +22,9 @@ _LIMITS: Final = {
 }
 _LEAST: Final = 1e-60
 _TOLD: Final = 40  # problems of one error
-_SHAPES: Final = ("float_type", "int_type", "string_type", "model_type", "model_attributes_type", "dict_type")
+_SHAPES: Final = (
+    "literal_error", "float_type", "int_type", "string_type", "model_type", "model_attributes_type", "dict_type",
+)  # fmt: skip
 _NUMBERS: Final = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
 
 
@@ -34,6 +36,8 @@ def scenario_error(error: ValidationError, document: Document, root: type[BaseMo
     for line, path in zip(lines, paths, strict=True):
         if line["type"] in _SHAPES and any(len(p) > len(path) and p[: len(path)] == path for p in paths):
             continue  # another form of a value whose own form has its faults named further in
+        if line["type"] == "literal_error" and isinstance(line["input"], Mapping) and paths.count(path) > 1:
+            continue  # nor a word, where a mapping has its fault as a whole
         if line["type"] == "missing" and isinstance(path[-1], int):  # of a list of fixed length
             found[path[:-1]] = [_too_few(path[:-1], document, root)]
             continue
@@ -136,8 +140,7 @@ def _too_few(path: Key, document: Document, root: type[BaseModel]) -> str:
 
 
 def _unknown_key(path: Key, document: Document, root: type[BaseModel]) -> str:
-    holder = value_at(document.data, path[:-1])
-    model = model_of(annotation_at(root, document.data, path[:-1]), holder)
+    model = model_at(root, document.data, path[:-1])
     known = list(model.model_fields) if model else []
     return f"unknown key {_name(path)!r}{did_you_mean(_name(path), known)}; known: {', '.join(known)}"
 

@@ -47,11 +47,23 @@ def value_at(data: Any, path: Key) -> Any:
 
 def annotation_at(root: type[BaseModel], data: Any, path: Key) -> Any:
     """Annotation of the value at `path`; None where nothing declares it."""
+    return _followed(root, data, path)[0]
+
+
+def model_at(root: type[BaseModel], data: Any, path: Key) -> type[BaseModel] | None:
+    """The model that the mapping at `path` is checked with; None where it is no model."""
+    return model_of(*_followed(root, data, path))
+
+
+def _followed(root: type[BaseModel], data: Any, path: Key) -> tuple[Any, Any]:
+    """Annotation and data at `path`, changes to a catalogue's entry with what they change (`whole` of its model)."""
     annotation: Any = root
     for part in path:
+        whole = getattr(model_of(annotation, data), "whole", None)
+        data = data if whole is None else whole(data)
         annotation = _child(annotation, data, part)
         data = value_at(data, (part,))
-    return annotation
+    return annotation, data
 
 
 def model_of(annotation: Any, value: Any) -> type[BaseModel] | None:

@@ -4,7 +4,7 @@ D. Clarke, P. Gedling, G. Hine, "The application of manoeuvring criteria in hull
 RINA 125:45 (1983), as T. I. Fossen's MSS toolbox prints it (`clarke83.m`, MIT); added mass in surge by H. Soeding,
 "Prediction of ship steering capabilities", Schiffstechnik 29:3 (1982). Prime system by length and speed: forces by
 rho/2 L^2 U^2, moments by rho/2 L^3 U^2. FRD about the middle of the hull, straight ahead in deep water. The velocity's
-derivatives are those of a hull held in its tank: they contain the added mass's Coriolis forces.
+derivatives are those of a hull held in its tank: they contain the added mass's Coriolis forces, not the rigid body's.
 
 The tests were of merchant ships. The paper's own table of them could not be consulted: `RANGES` are assumed, those of
 conventional cargo ships, B/T as far as the paper's factors for shallow water go.

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from pelagos.errors import InputError
 
@@ -161,40 +162,78 @@ def stop_measures(north: Floats, east: Floats, *, heading_deg: float, length_m: 
     ]
 
 
-def half_cycles(angle: Floats) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
-    """Extremes of a free decay: their samples, amplitudes, and of each half cycle the mean amplitude and damping ratio.
+@dataclass(frozen=True)
+class HalfCycles:
+    """Of a free decay, its extremes and what lies between them.
 
-    The angle of rest is the mean over the last whole periods; extremes below 2 % of the largest are left out.
+    Attributes:
+        time, angle: of the extremes `(k,)` [s], [rad].
+        amplitude: mean of each half cycle `(k - 1,)` [rad].
+        ratio: its damping ratio `(k - 1,)` [-].
+    """
+
+    time: Floats
+    angle: Floats
+    amplitude: Floats
+    ratio: Floats
+
+    @property
+    def growth(self) -> tuple[float, float] | None:
+        """Damping ratio at small angles and its growth with the amplitude [1/rad], by least squares.
+
+        None where the growth does not stand out of the scatter, with 95 % (Student's t): what would be carried on to
+        small angles is scatter then.
+        """
+        free = len(self.ratio) - 2
+        if free < 1:
+            return None
+        (slope, zero), spread = np.polyfit(self.amplitude, self.ratio, 1, cov=True)
+        told = abs(slope) > stdtrit(free, 0.975) * np.sqrt(spread[0, 0])
+        return (float(zero), float(slope)) if told else None
+
+
+def half_cycles(time: Floats, angle: Floats) -> HalfCycles:
+    """Half cycles of a free decay; an extreme is that of the parabola through the largest sample and its neighbours.
+
+    The angle of rest is halfway between the last ones on either side; extremes below 2 % of the largest are left out.
     """
     turns = np.flatnonzero(np.diff(np.sign(np.diff(angle))) != 0) + 1
-    periods = max(1, int((turns >= 0.9 * len(angle)).sum() - 1) // 2)
-    last = angle[turns[-1 - 2 * periods] : turns[-1]] if len(turns) > 2 else angle
-    middle = angle - float(np.mean(last))
-    size = np.abs(middle[turns])
-    kept = size > 0.02 * np.abs(middle).max()
-    turns, size = turns[kept], size[kept]
-    return turns, size, np.sqrt(size[:-1] * size[1:]), np.log(size[:-1] / size[1:]) / np.pi
+    before, at, after = (angle[turns + k] for k in (-1, 0, 1))
+    bend = before - 2 * at + after
+    share = np.where(bend != 0, 0.5 * (before - after) / np.where(bend != 0, bend, 1.0), 0.0)  # of a sample
+    when = time[turns] + share * np.where(share > 0, time[turns + 1] - time[turns], time[turns] - time[turns - 1])
+    largest = at - 0.25 * (before - after) * share
+    last = largest[-max(3, int((turns >= 0.9 * len(angle)).sum())) :]
+    halfway = (last[:-2] + 2 * last[1:-1] + last[2:]) / 4  # even where the swing decays
+    middle = float(np.mean(halfway)) if len(halfway) else float(np.mean(angle))
+    kept = np.abs(largest - middle) > 0.02 * np.abs(angle - middle).max()
+    when, largest = when[kept], largest[kept]
+    size = np.abs(largest - middle)
+    return HalfCycles(when, largest, np.sqrt(size[:-1] * size[1:]), np.log(size[:-1] / size[1:]) / np.pi)
 
 
 def decay_measures(time: Floats, angle: Floats) -> list[Measure]:
-    """Period, linear and quadratic damping of a free decay, from its extremes.
+    """Period, linear and quadratic damping of a free decay, from its extremes; see `HalfCycles.growth`.
 
     a_(k+1) = a_k exp(-pi zeta') with zeta'(a) = zeta + c a, over half cycles (Y. Himeno, "Prediction of ship roll
     damping", University of Michigan report 239, 1981, Section 2).
 
     Raises:
-        InputError: fewer than four half cycles.
+        InputError: fewer than four extremes, which are three half cycles.
     """
-    turns, _, mean, ratio = half_cycles(angle)
-    if len(turns) < 4:
+    found = half_cycles(time, angle)
+    if len(found.time) < 4:
         raise InputError(
-            f"the motion turns {len(turns)} times, too few for its damping: overdamped, or too short a run"
+            f"the motion turns {len(found.time)} times, too few for its damping: overdamped, or too short a run"
         )
-    slope, zeta = np.polyfit(mean, ratio, 1) if len(ratio) > 2 else (0.0, float(ratio.mean()))
-    period = 2 * float(np.diff(time[turns]).mean())
-    return [
-        Measure("period", period, "s"),
-        Measure("damping ratio, mean", float(ratio.mean()), ""),
-        Measure("damping ratio at small angles", float(zeta), ""),
-        Measure("its growth with the angle", float(slope), "1/rad"),
+    measures = [
+        Measure("period", 2 * float(np.diff(found.time).mean()), "s"),
+        Measure("damping ratio, mean", float(found.ratio.mean()), ""),
     ]
+    if found.growth is not None:
+        small, growth = found.growth
+        measures += [
+            Measure("damping ratio at small angles", small, ""),
+            Measure("its growth with the angle", growth, "1/rad"),
+        ]
+    return measures

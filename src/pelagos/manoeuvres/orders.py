@@ -11,22 +11,25 @@ from pelagos.errors import InputError
 
 @dataclass(frozen=True)
 class Orders:
-    """Choices of a trial: helm, heading at which a zig-zag turns [deg], speed before [m/s], longest run [s]."""
+    """Choices of a trial: helm, heading at which a zig-zag turns [deg], speed before [m/s], longest run [s], depth of
+    the water [m].
+    """
 
     rudder_deg: float | None = None
     angle_deg: float | None = None
     speed_m_s: float | None = None
     seconds: float | None = None
+    depth_m: float | None = None
 
 
 _LARGEST_DEG: Final = 90.0
 """Heel, or heading of a zig-zag: beyond it a ship lies on its side, or sails back."""
 TAKEN: Final[dict[str, frozenset[str]]] = {
-    "turning": frozenset({"rudder_deg", "speed_m_s", "seconds"}),
-    "zigzag": frozenset({"rudder_deg", "angle_deg", "speed_m_s", "seconds"}),
-    "stop": frozenset({"speed_m_s", "seconds"}),
-    "spiral": frozenset({"rudder_deg", "speed_m_s", "seconds"}),
-    "decay": frozenset({"angle_deg", "seconds"}),
+    "turning": frozenset({"rudder_deg", "speed_m_s", "seconds", "depth_m"}),
+    "zigzag": frozenset({"rudder_deg", "angle_deg", "speed_m_s", "seconds", "depth_m"}),
+    "stop": frozenset({"speed_m_s", "seconds", "depth_m"}),
+    "spiral": frozenset({"rudder_deg", "speed_m_s", "seconds", "depth_m"}),
+    "decay": frozenset({"angle_deg", "seconds", "depth_m"}),
     "bollard": frozenset(),
 }
 """Orders that each manoeuvre takes."""

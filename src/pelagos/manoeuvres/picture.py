@@ -28,7 +28,7 @@ def draw(trial: Trial) -> bytes:
     with theme.style():
         figure = theme.figure(10.5, 6.2)
         _DRAWN[trial.name](figure, trial)
-        figure.suptitle(f"{trial.vehicle}: {trial.name}, {trial.ordered}", fontweight="bold", x=0.01, ha="left")
+        figure.suptitle(trial.title, fontweight="bold", x=0.01, ha="left")
         return theme.as_png(figure)
 
 
@@ -90,21 +90,24 @@ def _spiral(figure: Figure, trial: Trial) -> None:
 def _decay(figure: Figure, trial: Trial) -> None:
     axes = figure.subplot_mosaic([["roll", "damping"]], width_ratios=[1.6, 1.0])
     t, roll = trial.track.time, trial.track.attitude[:, 0]
-    turns, size, mean, ratio = half_cycles(roll)
+    cycles = half_cycles(t, roll)
     axes["roll"].plot(t, np.degrees(roll), color=theme.TRUTH)
-    axes["roll"].plot(t[turns], np.degrees(roll[turns]), "o", color=theme.SENSOR, ms=4, label="extremes")
+    axes["roll"].plot(cycles.time, np.degrees(cycles.angle), "o", color=theme.SENSOR, ms=4, label="extremes")
     axes["roll"].axhline(0, color=theme.MUTED, lw=0.8)
     axes["roll"].set_xlabel("time [s]")
     axes["roll"].set_ylabel("roll [deg], positive to starboard")
     axes["roll"].legend(loc="upper right")
     number = {m.name: m.value for m in trial.measures}
-    line = np.array([0.0, size.max()])
-    fitted = number["damping ratio at small angles"] + number["its growth with the angle"] * line
-    axes["damping"].plot(np.degrees(mean), ratio, "o", color=theme.SENSOR, ms=4, label="half cycles")
-    axes["damping"].plot(np.degrees(line), fitted, color=theme.TRUTH, label="fit")
+    line = np.array([0.0, cycles.amplitude.max()])
+    small, growth = cycles.growth or (number["damping ratio, mean"], 0.0)
+    fitted = small + growth * line
+    axes["damping"].plot(np.degrees(cycles.amplitude), cycles.ratio, "o", color=theme.SENSOR, ms=4, label="half cycles")
+    axes["damping"].plot(np.degrees(line), fitted, color=theme.TRUTH, label="mean" if cycles.growth is None else "fit")
     axes["damping"].set_xlabel("amplitude [deg]")
     axes["damping"].set_ylabel("damping ratio [-]")
-    axes["damping"].set_ylim(0, 1.25 * max(ratio.max(), fitted.max()))
+    shown = np.concatenate([cycles.ratio, fitted])
+    axes["damping"].axhline(0, color=theme.MUTED, lw=0.8)
+    axes["damping"].set_ylim(1.25 * min(shown.min(), 0.0), 1.25 * max(shown.max(), 0.0))
     axes["damping"].legend(loc="lower right")
     axes["roll"].set_title(
         f"period {number['period']:.2f} s, damping ratio {number['damping ratio, mean']:.4f}", fontweight="normal"

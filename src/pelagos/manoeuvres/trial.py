@@ -1,4 +1,4 @@
-"""Runs of a vehicle through a standard manoeuvre in calm, deep water."""
+"""Runs of a vehicle through a standard manoeuvre in calm water."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.errors import InputError, LookupFailed
+from pelagos.errors import InputError, LookupFailed, ScenarioError
+from pelagos.manoeuvres.approach import RUDDERS, approach, first_speed, with_actuator
 from pelagos.manoeuvres.measures import (
     FULL_HELM,
     Measure,
@@ -21,12 +22,7 @@ from pelagos.manoeuvres.measures import (
 )
 from pelagos.manoeuvres.orders import Orders, check
 from pelagos.sim.simulation import Simulation
-from pelagos.vehicles.actuators.bis import BisRudder
-from pelagos.vehicles.actuators.engine import ShipEngine
-from pelagos.vehicles.actuators.mmg import MmgShip, MmgShipConfig
-from pelagos.vehicles.actuators.nomoto import NomotoShip
-from pelagos.vehicles.actuators.rolling import RollingRudder
-from pelagos.vehicles.actuators.ship import ShipRudder
+from pelagos.vehicles.actuators.mmg import MmgShipConfig
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -41,11 +37,9 @@ _SPAN: Final = 4.0  # lengths run between two looks at a rate that settles
 _SETTLED: Final = 0.005  # share of the largest rate by which it then still changes
 _SPANS: Final = 40  # looks at most
 _ROUNDED: Final = 1e-6  # deg: limits are kept in rad
+_MODE: Final = "each_actuator_of_the_trial"  # the control mode that is added for it
+_ROOM: Final = 400.0  # lengths of ground, either way, where its depth counts
 _TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
-
-
-RUDDERS: Final = (BisRudder, MmgShip, NomotoShip, RollingRudder, ShipRudder)
-"""Actuators that are a ship's rudder, with its hull and propeller."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +60,7 @@ class Track:
 class Trial:
     """A manoeuvre that was run: its name, what was ordered, the ship's size, the track, its numbers, when the helm was
     ordered [s], a spiral's steady states `(n, 2)` in the order of the run: helm [deg], yaw rate [deg/s]; the rudder's
-    column of the track's commands.
+    column of the track's commands; the vehicle's variant.
     """
 
     name: str
@@ -79,25 +73,47 @@ class Trial:
     switched_s: NDArray[np.float64]
     steady: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     rudder: int = 0
+    variant: str | None = None
+
+    @property
+    def title(self) -> str:
+        """One line: vehicle and variant, manoeuvre, what was ordered."""
+        variant = "" if self.variant is None else f", variant {self.variant}"
+        return f"{self.vehicle}{variant}: {self.name}, {self.ordered}"
 
 
 class _Run:
     """One vehicle in calm water, commanded actuator by actuator."""
 
-    def __init__(self, vehicle: Mapping[str, Any], speed: float, *, engines: bool = True) -> None:
+    def __init__(
+        self, vehicle: Mapping[str, Any], speed: float = 0.0, *, revolutions: Mapping[int, float] | None = None,
+        depth: float | None = None, held: bool = False,
+    ) -> None:  # fmt: skip
+        """`revolutions` that engines are ordered, by number; `depth` of the water [m], deep without, which counts for
+        nothing where the vehicle is `held`.
+        """
         self.vehicle = Vehicle.from_dict(vehicle)
         self.length = self.vehicle.config.length_m
         self.floats = bool(self.vehicle.config.body.stiffness.any())
+        self.depth = None if held else self._checked(depth)
         self.rate_hz = _RATE_HZ[self.floats]
         start = {"position_m": [0, 0], "depth_m": 0.0 if self.floats else _DEEP * self.length}
-        agent = {"vehicle": dict(vehicle), "control": "actuators", "start": start}
-        world = {"type": "flat", "depth_m": max(20.0, _WAY * self.length)}
+        modes = {**(vehicle.get("modes") or {}), _MODE: {"type": "actuators"}}
+        agent = {"vehicle": {**vehicle, "modes": modes}, "control": _MODE, "start": start}
+        world: dict[str, Any] = {"type": "flat", "depth_m": depth or max(20.0, _WAY * self.length)}
+        if depth is not None:
+            world["size_m"] = [_ROOM * self.length] * 2
         scenario = {"tick_rate_hz": self.rate_hz, "world": world, "agents": {"it": agent}}
-        self.sim = Simulation.load(scenario, trust=True)  # as `from_dict` does: whoever read a file has asked
+        try:
+            self.sim = Simulation.load(scenario, trust=True)  # as `from_dict` does: whoever read a file has asked
+        except ScenarioError as error:
+            if depth is None:
+                raise
+            raise InputError(f"--depth {depth:g}: {error}") from None
         self.sim.reset(seed=0)
         self.command = np.zeros(len(self.vehicle.actuator_names))
-        if engines:
-            self._start_engines()
+        if revolutions:
+            self._start_engines(revolutions)
         self._began_ns = self.sim.time_ns
         if speed:
             self.sim.set_state("it", velocity=np.array([[speed, 0.0, 0.0]]))
@@ -105,17 +121,32 @@ class _Run:
         self._heading = 0.0  # unwrapped [rad]
         self._keep()
 
-    def _start_engines(self) -> None:
-        """Let engines come to their revolutions at the service speed; the ship is then put back where it began."""
-        engines = {k: a for k, a in enumerate(self.vehicle.model.actuators.values()) if isinstance(a, ShipEngine)}
-        if not engines:
-            return
-        for k, engine in engines.items():
-            self.command[k] = engine.service
+    def _checked(self, depth: float | None) -> float | None:
+        """The depth of the water [m].
+
+        Raises:
+            InputError: a vehicle that feels it is told none, or one that does not feel it is told one.
+        """
+        feels = self.floats and self.vehicle.model.feels_planes
+        if feels and depth is None:
+            raise InputError(f"{self.vehicle.name} feels the depth of its water here: give it (--depth)")
+        if depth is not None and not feels:
+            raise InputError(
+                f"--depth {depth:g}: nothing of {self.vehicle.name} depends on the depth of its water; kvlcc2 and "
+                "tanker have a variant for it, shallow, and other ships may have its terms (docs/vehicles.md)"
+            )
+        return depth
+
+    def _start_engines(self, revolutions: Mapping[int, float]) -> None:
+        """Let engines come to their revolutions [1/s]; the ship is then put back where it began."""
+        for k, ordered in revolutions.items():
+            self.command[k] = ordered
+        parts = list(self.vehicle.model.actuators.values())
+        slowest = max(float(parts[k].lag.time_constant) for k in revolutions)
         start = self.sim.state["it"]
         position, attitude, still = start.position.copy(), start.attitude.copy(), np.zeros((1, 3))
         self.sim.step({"it": self.command})
-        self.sim.run(_SPIN_UP * max(float(engine.lag.time_constant) for engine in engines.values()))
+        self.sim.run(_SPIN_UP * slowest)
         self.sim.set_state("it", position=position, attitude=attitude, velocity=still, angular_velocity=still)
 
     def _keep(self) -> None:
@@ -187,7 +218,7 @@ class _Run:
         rudder = next((k for k, actuator in enumerate(parts) if isinstance(actuator, RUDDERS)), 0)
         return Trial(
             name,
-            ordered,
+            ordered if self.depth is None else f"{ordered} in {self.depth:g} m of water",
             self.vehicle.name,
             self.length,
             beam,
@@ -195,6 +226,7 @@ class _Run:
             measures,
             np.array(switched),
             rudder=rudder,
+            variant=self.vehicle.config.variant,
         )
 
     def settled_rate(self, span_s: float) -> float:
@@ -217,24 +249,23 @@ class _Run:
         )
 
 
-def _speed(vehicle: Mapping[str, Any], orders: Orders) -> float:
-    config = Vehicle.from_dict(vehicle).config
-    return orders.speed_m_s or config.envelope.top_mps or config.envelope.cruise_mps
+def _under_way(vehicle: Mapping[str, Any], orders: Orders) -> tuple[_Run, float]:
+    """A run at the speed of its approach [m/s], and that speed."""
+    begin = approach(vehicle, orders)
+    return _Run(begin.vehicle, begin.speed, revolutions=begin.revolutions, depth=orders.depth_m), begin.speed
 
 
 def _stopped(vehicle: Mapping[str, Any]) -> Mapping[str, Any]:
     """The same vehicle, of which no propeller turns by itself: it would gather way, and lift damps roll."""
-    actuators = dict(vehicle.get("actuators") or {})
     for name, config in Vehicle.from_dict(vehicle).config.actuators.items():
         if isinstance(config, MmgShipConfig):
-            actuators[name] = {**(actuators.get(name) or {}), "revolutions_hz": _STOPPED_HZ}
-    return {**vehicle, "actuators": actuators} if actuators else vehicle
+            vehicle = with_actuator(vehicle, name, {"revolutions_hz": _STOPPED_HZ})
+    return vehicle
 
 
 def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """A turning circle at full helm (35 deg), through 540 deg."""
-    speed = _speed(vehicle, orders)
-    run = _Run(vehicle, speed)
+    run, speed = _under_way(vehicle, orders)
     rudder = orders.rudder_deg or run.full_helm()
     helm = run.helm(rudder)
     run.go(_STEADY_S)
@@ -252,10 +283,10 @@ def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 def zigzag(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """A zig-zag: the helm is reversed whenever the heading has reached the angle; five times."""
-    speed, rudder = _speed(vehicle, orders), abs(orders.rudder_deg or 10.0)
+    run, speed = _under_way(vehicle, orders)
+    rudder = abs(orders.rudder_deg or 10.0)
     angle = orders.angle_deg or rudder
     first = math.copysign(1.0, orders.rudder_deg or 1.0)
-    run = _Run(vehicle, speed)
     helm = run.helm(rudder)
     run.go(_STEADY_S)
     ordered, side = run.seconds, first
@@ -281,9 +312,12 @@ def zigzag(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 
 def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
-    """Dieudonne's spiral: steady turns from helm to starboard over 0 to port and back; a loop shows instability."""
-    speed, most = _speed(vehicle, orders), abs(orders.rudder_deg or 20.0)
-    run = _Run(vehicle, speed)
+    """Dieudonne's spiral: steady turns from helm to starboard over 0 to port and back; a loop shows instability.
+
+    Yaw rates are positive to starboard, whichever way the helm is swept.
+    """
+    run, speed = _under_way(vehicle, orders)
+    most = abs(orders.rudder_deg or 20.0)
     helm = run.helm(most)
     down = [most * s for s in (1, 0.5, 0.25, 0.1, 0, -0.1, -0.25, -0.5, -1)]
     rates: list[float] = []
@@ -296,16 +330,20 @@ def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
             last = max(1, round(0.1 * orders.seconds * run.rate_hz))
             rates.append(float(np.degrees(np.mean([row[12] for row in run.rows[-last:]]))))
     port, starboard = rates[: len(down)], rates[len(down) :][::-1]
-    found = [Measure(f"yaw rate at {a:+g} deg, to port", rate, "deg/s") for a, rate in zip(down, port, strict=True)]
-    found += [Measure(f"yaw rate at {a:+g} deg, back", r, "deg/s") for a, r in zip(down, starboard, strict=True)][:-1]
+    found = [
+        Measure(f"yaw rate at {a:+g} deg of helm, sweep to port", rate, "deg/s")
+        for a, rate in zip(down, port, strict=True)
+    ]
+    back = list(zip(down, starboard, strict=True))[:-1]  # the last steady turn to port is the first back
+    found += [Measure(f"yaw rate at {a:+g} deg of helm, sweep back", rate, "deg/s") for a, rate in back]
     found.append(Measure("height of the loop at 0 deg", abs(port[4] - starboard[4]), "deg/s"))
     trial = run.done("spiral", f"helm {most:g} to -{most:g} deg and back at {speed:.4g} m/s", found, [])
     return replace(trial, steady=np.stack([[*down, *down[::-1]], rates], axis=1))
 
 
 def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
-    """From full speed, thrusters that push along the hull full astern until the speed is gone."""
-    run = _Run(vehicle, _speed(vehicle, orders))
+    """From full speed, or at once from the ordered one, thrusters along the hull full astern until the speed is 0."""
+    run = _Run(vehicle, first_speed(Vehicle.from_dict(vehicle), orders), depth=orders.depth_m)
     low, ahead = {}, []
     for k, actuator in enumerate(run.vehicle.model.actuators.values()):
         if hasattr(actuator, "thrust_limits") and hasattr(actuator, "effect") and abs(float(actuator.effect[0])) > 0.5:
@@ -313,9 +351,10 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
             ahead.append((k, actuator.lag.high if actuator.effect[0] > 0 else actuator.lag.low))
     if not low:
         raise InputError(f"{run.vehicle.name} has no thruster along its hull that can be set astern")
-    for k, command in ahead:
-        run.command[k] = command
-    run.go(orders.seconds or _RUN_UP_S[run.floats])
+    if orders.speed_m_s is None:
+        for k, command in ahead:
+            run.command[k] = command
+        run.go(orders.seconds or _RUN_UP_S[run.floats])
     began = run.rows[-1].copy()
     for k, command in low.items():
         run.command[k] = command
@@ -333,7 +372,7 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """Free roll from a heel of 10 deg, from rest; an engine of fixed revolutions is stopped."""
-    run = _Run(_stopped(vehicle), 0.0, engines=False)
+    run = _Run(_stopped(vehicle), depth=orders.depth_m)
     angle = math.radians(orders.angle_deg or 10.0)
     run.sim.set_state("it", attitude=np.array([[math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]]))
     run.rows.clear()
@@ -345,7 +384,7 @@ def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 def bollard(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """The pull of each thruster at its limits, the vehicle held, and what the jets of others take; no run."""
-    run = _Run(vehicle, 0.0)
+    run = _Run(vehicle, held=True)
     found = []
     for name, actuator in run.vehicle.model.actuators.items():
         if hasattr(actuator, "thrust_limits"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.frames import flip_yz
 from pelagos.math.so3 import rotate
@@ -39,7 +41,9 @@ class Boundaries:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._calls: dict[str, tuple[Callable[..., Walls], tuple[Any, ...]]] = {}
-        self.any = any(batch.vehicle.model.feels_planes for batch in model.batches.values())
+        feeling = [batch for batch in model.batches.values() if batch.vehicle.model.feels_planes]
+        self.any = bool(feeling)
+        self._untold = {batch.name for batch in feeling if not _by_images(batch.vehicle)}  # of the end of the ground
 
     def walls(self, batch: Batch, row: NDArray[np.float64]) -> Walls | None:
         """Ground and walls near the vehicles of a batch, from its motion `(rows, CHANNELS)` now; None: nothing is asked
@@ -49,11 +53,29 @@ class Boundaries:
             return None
         if batch.name not in self._calls:
             self._calls[batch.name] = self._build(batch)
+        if batch.name in self._untold:
+            self._tell_of_the_end(batch, row)
         call, arguments = self._calls[batch.name]
         attitude = jit.Array4f64(np.ascontiguousarray(row[:, 3:7].T))
         position = vectors(row[:, 0:3])
         dr.make_opaque(attitude, position)
         return call(position, attitude, *arguments)
+
+    def _tell_of_the_end(self, batch: Batch, row: NDArray[np.float64]) -> None:
+        """Warn, once, where a ship that feels the depth of its water is beyond all ground."""
+        low, high = self._model.world.bounds[:, :2]
+        beyond = np.flatnonzero(((row[:, :2] < low) | (row[:, :2] > high)).any(axis=1))
+        if not len(beyond):
+            return
+        self._untold.discard(batch.name)
+        x, y = row[beyond[0], :2]
+        warnings.warn(
+            f"agents.{batch.members[beyond[0] // batch.n]}: at x {x:.0f}, y {y:.0f} m there is no ground below, which "
+            f"ends at x {low[0]:.0f} and {high[0]:.0f}, y {low[1]:.0f} and {high[1]:.0f} m: the water counts as deep "
+            "there; give the world a larger extent (size_m of a flat one)",
+            ValidityWarning,
+            stacklevel=2,
+        )
 
     def _build(self, batch: Batch) -> tuple[Callable[..., Walls], tuple[Any, ...]]:
         below, beside = (dr.opaque(jit.Float, reach(batch.vehicle)) for reach in (reach_below_m, reach_beside_m))
@@ -67,9 +89,13 @@ def reach_beside_m(vehicle: Vehicle) -> float:
 
 def reach_below_m(vehicle: Vehicle) -> float:
     """Distance from which it feels the ground below it [m]: by images as walls, by the depth of water from anywhere."""
-    by_images = any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
     beside = reach_beside_m(vehicle)
-    return beside if by_images else max(beside, _DEEPEST_M)
+    return beside if _by_images(vehicle) else max(beside, _DEEPEST_M)
+
+
+def _by_images(vehicle: Vehicle) -> bool:
+    """Whether it feels planes by its image in them, as hulls under water do."""
+    return any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
 
 
 def _look(n: int) -> Callable[..., Walls]:

@@ -35,7 +35,10 @@ from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.terms.clarke import ClarkeConfig
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
-_ONCE: Final = {"boundary": "a hull has one image in a plane", "squat": "a hull sinks once"}
+_ONCE: Final = {
+    "boundary": "a hull has one image in a plane", "squat": "a hull sinks once", "clarke": "a hull has one side force",
+    "roll_damping": "a hull's roll is damped once",
+}  # fmt: skip
 """Terms that a vehicle may have once, and why."""
 
 
@@ -122,17 +125,27 @@ class VehicleConfig(PartConfig):
     def _on_catalogue(cls, data: Any) -> Any:
         if not isinstance(data, Mapping) or data.get("type") not in catalogue_names():
             return data
-        base = catalogue_data(data["type"])
-        if data.get("variant") is not None:
-            known = base.get("variants", {})
-            if data["variant"] not in known:
-                hint = did_you_mean(str(data["variant"]), known)
-                raise ValueError(f"variant {data['variant']!r} is none of {', '.join(known) or '(none)'}{hint}")
-            base = merged(base, known[data["variant"]])
-        return merged(base, data)
+        known, variant = catalogue_data(data["type"]).get("variants", {}), data.get("variant")
+        if variant is not None and not isinstance(variant, str):
+            raise ValueError(f"variant: give one name of {', '.join(known) or '(none)'}, not {variant!r}")
+        if variant is not None and variant not in known:
+            hint = did_you_mean(variant, known)
+            raise ValueError(f"variant {variant!r} is none of {', '.join(known) or '(none)'}{hint}")
+        return cls.whole(data)
+
+    @classmethod
+    def whole(cls, data: Any) -> Any:
+        """Changes to a vehicle of the catalogue laid over it and its variant; other data as they are."""
+        if not isinstance(data, Mapping) or data.get("type") not in catalogue_names():
+            return data
+        base, variant = catalogue_data(data["type"]), data.get("variant")
+        changes = base.get("variants", {}).get(variant) if isinstance(variant, str) else None
+        return merged(merged(base, changes or {}), data)
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
+        if self.variant is not None and self.type not in catalogue_names():
+            raise ValueError(f"variant {self.variant!r}: vehicles of the catalogue have variants, {self.type} has none")
         if self.diameter_m is None and (self.beam_m is None or self.height_m is None):
             raise ValueError("give diameter_m, or beam_m and height_m")
         if self.modes.get(self.default_mode) is None:
@@ -248,7 +261,8 @@ def _check_density(config: VehicleConfig) -> None:
 
 
 def _check_clarke(config: VehicleConfig) -> None:
-    """Refuse Coriolis forces of the added mass beside terms that contain them, and added mass of another draught.
+    """Refuse Coriolis forces of the added mass beside terms that contain them, a ship without the rigid body's, which
+    they do not contain, and added mass of another draught.
 
     Raises:
         ValueError: names the term.
@@ -261,6 +275,11 @@ def _check_clarke(config: VehicleConfig) -> None:
             raise ValueError(
                 f"the derivatives of {name!r} contain the Coriolis forces of the added mass: coriolis: {{added: none}} "
                 "goes with them"
+            )
+        if config.coriolis.rigid == "none":
+            raise ValueError(
+                f"the derivatives of {name!r} are without the rigid body's Coriolis forces, such as m U r: coriolis: "
+                "{rigid: momentum, added: none} goes with them, not {rigid: none}"
             )
         if isinstance(added, ClarkeAddedMass) and added.draught_m != term.draught_m:
             raise ValueError(

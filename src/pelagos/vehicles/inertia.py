@@ -161,7 +161,7 @@ class CoriolisConfig(PartConfig):
     """Form of the Coriolis forces."""
 
     rigid: Literal["momentum", "angular", "none"] = "momentum"
-    """The rigid body's part from its momentum, or without linear velocity (F21 Section 3.3); none: none.at all."""
+    """The rigid body's part from its momentum, or without linear velocity (F21 Section 3.3); none: none at all."""
     added: Literal["momentum", "none"] = "momentum"
     """The added mass's part from its momentum; none: the terms contain it, as those of tank tests do."""
     without: tuple[tuple[Annotated[int, Field(ge=1, le=6)], Annotated[int, Field(ge=1, le=6)]], ...] = ()

@@ -8,7 +8,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pelagos.config.document import read_document
+from pelagos.config.document import Document, read_document
+from pelagos.config.problem import scenario_error
 from pelagos.errors import ScenarioError
 from pelagos.vehicles.config import VehicleConfig
 
@@ -31,13 +32,4 @@ def checked_config(data: Any, *, where: str, context: Mapping[str, Any] | None =
     try:
         return VehicleConfig.model_validate(data, context=dict(context) if context else None)
     except ValidationError as error:
-        raise ScenarioError(_explain(error), where=where) from None
-
-
-def _explain(error: ValidationError) -> str:
-    lines: list[str] = []
-    for problem in error.errors():
-        place = ".".join(str(part) for part in problem["loc"])
-        given = "" if isinstance(problem["input"], (dict, Mapping)) else f", not {problem['input']!r}"
-        lines.append(f"{place + ': ' if place else ''}{problem['msg'].removeprefix('Value error, ')}{given}")
-    return "; ".join(lines)
+        raise scenario_error(error, Document(data, {(): where}), VehicleConfig) from None

@@ -29,7 +29,9 @@ class ShallowWaterConfig(PartConfig):
     """C_M: area of the wet midship section over beam times draught [-]."""
     momentum: bool = False
     """Over ground that slopes, the growing added mass takes its momentum from the ship and the water's energy pulls
-    towards the deep (`hydro/shoaling.py`), which factors of one depth each do not contain."""
+    towards the deep (`hydro/shoaling.py`), which factors of one depth each do not contain. A vertical step of it takes
+    nothing.
+    """
 
     def build(self, body: Body, draught: float) -> ShallowWater:
         """The part of a ship with a draught [m].

@@ -20,8 +20,8 @@ class ClarkeConfig(PartConfig):
 
     Length, beam and displaced volume are the vehicle's. For conventional ships (`hydro/clarke.py`) about a straight
     course in deep water; resistance, roll and what grows with the square of the drift are other terms. The derivatives
-    contain the added mass's Coriolis forces: `coriolis: {added: none}` goes with them. `added_mass: {type: clarke}` is
-    of the same regression.
+    contain the added mass's Coriolis forces and not the rigid body's: `coriolis: {rigid: momentum, added: none}` goes
+    with them. `added_mass: {type: clarke}` is of the same regression.
     """
 
     type: Literal["clarke"]

@@ -20,6 +20,7 @@ from pelagos.vehicles.terms.roll_sections import SectionRollDamping, SectionTabl
 
 _ROUNDED: Final = 1e-9
 """Share by which the quotient of two numbers may miss a limit."""
+_OF_GRAVITY: Final = "give the depth of the centre of gravity below the waterline"
 
 
 class RollDampingConfig(PartConfig):
@@ -55,7 +56,10 @@ class RollDampingConfig(PartConfig):
         if self.sections is None and (left := [key for key, value in form.items() if value is None]):
             raise ValueError(f"{', '.join(left)} missing: give draught_m, block and midship, or sections")
         if self.sections is not None and (given := [key for key, value in form.items() if value is not None]):
-            raise ValueError(f"{', '.join(given)} beside sections, which say that: leave out one or the other")
+            raise ValueError(
+                f"{', '.join(given)} beside sections, which say that: leave out one or the "
+                "other (null takes a key of the catalogue away)"
+            )
         if self.keel_middle_m != 0 and (self.sections is None or self.keel_length_m == 0):
             raise ValueError("keel_middle_m needs sections, between which bilge keels stand, and keel_length_m")
         return self
@@ -76,8 +80,14 @@ class RollDampingConfig(PartConfig):
         keels = self.keel_length_m, self.keel_breadth_m, self.keel_middle_m
         _check(self._keel_ranges(body), "bilge keels were tested", "give linear_damping and quadratic_damping instead")
         if self.sections is not None:
-            sections = hull_sections(body) if self.sections == "hull" else self.sections.sections()
+            if self.sections == "hull":
+                sections = hull_sections(body)
+            else:
+                self.sections.check_on(body)
+                sections = self.sections.sections()
             ship = ship_of(sections, body, self.gravity_depth_m, keels)
+            share = self.gravity_depth_m / ship.draught
+            _check([("gravity_depth_m over the draught", share, -1.5, 1)], "the method was made", _OF_GRAVITY)
             return SectionRollDamping.of(ship, frequency, body)
         assert self.draught_m is not None
         assert self.block is not None
@@ -86,11 +96,17 @@ class RollDampingConfig(PartConfig):
             (
                 ("beam over draught_m", body.beam / self.draught_m, 2.5, 4.5),
                 ("gravity_depth_m over draught_m", self.gravity_depth_m / self.draught_m, -1.5, 0.2),
-                ("natural frequency of roll times sqrt(B/2g)", frequency * (body.beam / 2 / body.gravity) ** 0.5, 0, 1),
             ),
             "the formula was fitted",
             "give sections, or linear_damping and quadratic_damping instead",
         )
+        least, period = 2 * np.pi * float(np.sqrt(body.beam / 2 / body.gravity)), 2 * np.pi / frequency
+        if period < least:
+            raise InputError(
+                f"roll_damping: the natural period of roll is {period:.3g} s, by a stiffness of {stiffness:.4g} N m "
+                f"and an inertia of {inertia:.4g} kg m^2; the formula was fitted for {least:.3g} s and longer at a "
+                f"beam of {body.beam:g} m: give sections, or linear_damping and quadratic_damping instead"
+            )
         form = RollForm(
             body.length, body.beam, self.draught_m, self.block, self.midship, self.gravity_depth_m,
             self.keel_length_m, self.keel_breadth_m,

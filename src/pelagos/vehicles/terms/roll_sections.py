@@ -34,6 +34,9 @@ _HELD: Final = (0.8, 1.05)  # share of the displaced volume that the sections gi
 _UNEVEN: Final = 0.01  # of the beam: what one side of a section may differ from the other
 _ENDS: Final = 0.05  # of the volume, which sections without a Lewis form at a hull's ends may hold
 
+_BEYOND: Final = 1.1  # of the hull's length: counters and transoms stand out of its perpendiculars
+_ROUNDED: Final = 1.01  # of its beam and height
+
 
 class SectionTableConfig(PartConfig):
     """A ship's sections, from the stern to the bow: each list has one number a section."""
@@ -67,6 +70,27 @@ class SectionTableConfig(PartConfig):
                 text = f"bilge_radius_m at x = {x:g} m is {self.bilge_radius_m[i]:g}, more than the draught or half"
                 raise ValueError(f"{text} the beam, {widest:g}")
         return self
+
+    def check_on(self, body: Body) -> None:
+        """Refuse sections that are none of this hull.
+
+        Raises:
+            InputError: names the key, the section, and the hull's size.
+        """
+        ends = _BEYOND * body.length / 2
+        for i, x in enumerate(self.x_m):
+            if abs(x) > ends:
+                raise InputError(
+                    f"roll_damping: x_m has a section at {x:g} m, off the hull of {body.length:g} m; "
+                    f"{-ends:g} to {ends:g} m are allowed"
+                )
+            for key, value, what, most in (
+                ("beam_m", self.beam_m[i], "beam", body.beam), ("draught_m", self.draught_m[i], "height", body.height),
+            ):  # fmt: skip
+                if value > _ROUNDED * most:
+                    raise InputError(
+                        f"roll_damping: {key} at x = {x:g} m is {value:g}, more than the hull's {what}, {most:g} m"
+                    )
 
     def sections(self) -> tuple[RollSection, ...]:
         """Each stands for half the way to its neighbours."""

@@ -1,0 +1,115 @@
+"""Approach of a trial: its speed, and the revolutions that hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import InputError
+from pelagos.manoeuvres.orders import Orders
+from pelagos.vehicles.actuators.bis import BisRudder
+from pelagos.vehicles.actuators.engine import ShipEngine
+from pelagos.vehicles.actuators.mmg import MmgShip
+from pelagos.vehicles.actuators.nomoto import NomotoShip
+from pelagos.vehicles.actuators.rolling import RollingRudder
+from pelagos.vehicles.actuators.ship import ShipRudder
+from pelagos.vehicles.vehicle import Vehicle
+
+Floats = NDArray[np.float64]
+
+RUDDERS: Final = (BisRudder, MmgShip, NomotoShip, RollingRudder, ShipRudder)
+"""Actuators that are a ship's rudder, with its hull and propeller."""
+
+_HELD: Final = 0.005
+"""Share of its speed that a ship may gain or lose in its first length and still hold it: catalogues round."""
+_STEPS: Final = 512  # revolutions tried, between which straight lines are drawn
+_PARABOLA: Final = (0.5, 1.0, 1.5)  # of the revolutions: three points of a thrust that is quadratic in them
+
+
+@dataclass(frozen=True)
+class Approach:
+    """vehicle: as a scenario has it, with the revolutions of the speed; speed [m/s]; revolutions [1/s] that engines are
+    ordered, by their number among the actuators.
+    """
+
+    vehicle: Mapping[str, Any]
+    speed: float
+    revolutions: Mapping[int, float]
+
+
+def first_speed(vehicle: Vehicle, orders: Orders) -> float:
+    """Speed ordered, or the largest, or the cruising speed [m/s].
+
+    Raises:
+        InputError: more than the vehicle makes.
+    """
+    envelope = vehicle.config.envelope
+    if orders.speed_m_s is None:
+        return float(envelope.top_mps or envelope.cruise_mps)
+    if envelope.top_mps is not None and orders.speed_m_s > envelope.top_mps:
+        raise InputError(
+            f"--speed {orders.speed_m_s:g}: {vehicle.name} makes at most {envelope.top_mps:g} m/s (envelope.top_mps)"
+        )
+    return orders.speed_m_s
+
+
+def approach(vehicle: Mapping[str, Any], orders: Orders) -> Approach:
+    """Approach at the ordered speed, with the revolutions that hold it straight ahead in calm, deep water.
+
+    Raises:
+        InputError: a speed that the ship does not make, or that nothing holds.
+    """
+    ship = Vehicle.from_dict(vehicle)
+    speed = first_speed(ship, orders)
+    engines = {k: a.service for k, a in enumerate(ship.model.actuators.values()) if isinstance(a, ShipEngine)}
+    if orders.speed_m_s is None or not any(isinstance(a, RUDDERS) for a in ship.model.actuators.values()):
+        return Approach(vehicle, speed, engines)
+    states = np.zeros((1, len(ship.actuator_names)))
+    for k, service in engines.items():
+        states[0, k] = service
+    gain = float(_surge(ship, speed, states)[0]) * ship.config.length_m / speed**2
+    if abs(gain) <= _HELD:
+        return Approach(vehicle, speed, engines)
+    if engines:
+        return Approach(vehicle, speed, _ordered(ship, speed, states, engines))
+    for name, actuator in ship.model.actuators.items():
+        if isinstance(actuator, MmgShip):
+            turned = [with_actuator(vehicle, name, {"revolutions_hz": x * actuator.revolutions}) for x in _PARABOLA]
+            gains = [float(_surge(Vehicle.from_dict(v), speed, states)[0]) for v in turned]
+            held = float(np.roots(np.polyfit(_PARABOLA, gains, 2)).real.max() * actuator.revolutions)
+            return Approach(with_actuator(vehicle, name, {"revolutions_hz": held}), speed, {})
+    raise InputError(
+        f"--speed {speed:g}: {ship.name} would {'gain' if gain > 0 else 'lose'} speed at once: its engine has one "
+        f"setting; leave --speed out ({first_speed(ship, Orders()):g} m/s)"
+    )
+
+
+def _surge(ship: Vehicle, speed: float, states: Floats) -> Floats:
+    """Acceleration ahead `(n,)` [m/s^2] of actuators' states `(n, k)`."""
+    ahead = np.tile([speed, 0.0, 0.0, 0.0, 0.0, 0.0], (len(states), 1))
+    return np.asarray(ship.accelerations(np.zeros((len(states), 6)), ahead, states, states)[0][:, 0])
+
+
+def _ordered(ship: Vehicle, speed: float, states: Floats, engines: Mapping[int, float]) -> dict[int, float]:
+    """Revolutions of engines that hold a speed, all by the same share of their service revolutions."""
+    limits = [a.lag.high / a.service for a in ship.model.actuators.values() if isinstance(a, ShipEngine)]
+    shares = np.linspace(0.0, float(min(limits)), _STEPS)
+    tried = np.repeat(states, _STEPS, axis=0)
+    for k, service in engines.items():
+        tried[:, k] = shares * service
+    gains = _surge(ship, speed, tried)
+    if gains[-1] < 0:
+        raise InputError(f"--speed {speed:g}: the engine of {ship.name} does not hold it at its largest revolutions")
+    first = int(np.flatnonzero(gains >= 0)[0])
+    share = float(np.interp(0.0, gains[first - 1 : first + 1], shares[first - 1 : first + 1])) if first else 0.0
+    return {k: share * service for k, service in engines.items()}
+
+
+def with_actuator(vehicle: Mapping[str, Any], name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """A vehicle with other keys of an actuator."""
+    actuators = dict(vehicle.get("actuators") or {})
+    return {**vehicle, "actuators": actuators | {name: {**(actuators.get(name) or {}), **keys}}}
