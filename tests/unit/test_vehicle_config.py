@@ -45,6 +45,15 @@ def test_a_variant_is_one_name(given):
         pl.Simulation.load(scenario)
 
 
+def test_a_file_of_a_vehicle_is_told_the_line(tmp_path):
+    path = tmp_path / "ship.yaml"
+    path.write_text("type: kvlcc2\nterms:\n  roll:\n    draugt_m: 20\nlength_m: -3\n")
+    with pytest.raises(ScenarioError) as error:
+        Vehicle.from_yaml(path)
+    assert f"{path}:4: terms.roll.draugt_m: unknown key 'draugt_m' (did you mean 'draught_m'?)" in str(error.value)
+    assert f"{path}:5: length_m: must be greater than 0 [m], not -3" in str(error.value)
+
+
 def test_a_custom_vehicle_has_no_variant():
     own = Vehicle.from_catalogue("otter").config.model_dump(mode="json") | {"type": "custom", "variant": "fast"}
     with pytest.raises(ScenarioError, match="variant 'fast': vehicles of the catalogue have variants, custom has none"):

@@ -74,7 +74,7 @@ def test_a_tanker_slows_its_roll_by_it(rate):
     [
         ({"type": "kvlcc2", "terms": {"roll": {"draught_m": 30.0}}}, "beam over draught_m is 1.93"),
         ({"type": "kvlcc2", "terms": {"roll": {"keel_length_m": 60.0}}}, "keel_breadth_m over beam is 0;"),
-        ({"type": "kvlcc2", "terms": {"roll": {"block": 0.9}}}, "less than or equal to 0.85"),
+        ({"type": "kvlcc2", "terms": {"roll": {"block": 0.9}}}, "at most 0.85"),
         ({"type": "kvlcc2", "gravity_m_s2": 0, "afloat": None}, "gravity_m_s2 of this one is 0"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ def read_config(path: str | Path, *, trust: bool) -> VehicleConfig:
     if not isinstance(document.data, Mapping):
         raise ScenarioError("must be a mapping of keys", where=str(path))
     context = {"folder": document.folder, "bounds": document.folder, "trust": trust}
-    return checked_config(document.data, where=str(path), context=context)
+    return _checked(replace(document, places={(): str(path)} | document.places), context)
 
 
 def checked_config(data: Any, *, where: str, context: Mapping[str, Any] | None = None) -> VehicleConfig:
@@ -29,7 +30,11 @@ def checked_config(data: Any, *, where: str, context: Mapping[str, Any] | None =
     Raises:
         ScenarioError: names the key, what was given and why it cannot be.
     """
+    return _checked(Document(data, {(): where}), context)
+
+
+def _checked(document: Document, context: Mapping[str, Any] | None) -> VehicleConfig:
     try:
-        return VehicleConfig.model_validate(data, context=dict(context) if context else None)
+        return VehicleConfig.model_validate(document.data, context=dict(context) if context else None)
     except ValidationError as error:
-        raise scenario_error(error, Document(data, {(): where}), VehicleConfig) from None
+        raise scenario_error(error, document, VehicleConfig) from None
