@@ -12,7 +12,7 @@ from pelagos.cli.console import out as console
 from pelagos.errors import InputError, LookupFailed
 from pelagos.files import write_whole
 from pelagos.manoeuvres.orders import Orders
-from pelagos.manoeuvres.trial import run_manoeuvre
+from pelagos.manoeuvres.standard import run_manoeuvre
 
 
 def show_manoeuvre(

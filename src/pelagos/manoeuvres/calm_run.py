@@ -1,0 +1,195 @@
+"""A run of one vehicle in calm water."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import InputError, ScenarioError
+from pelagos.manoeuvres.approach import RUDDERS
+from pelagos.manoeuvres.measures import FULL_HELM, Measure
+from pelagos.manoeuvres.trial import Track, Trial
+from pelagos.sim.simulation import Simulation
+from pelagos.vehicles.vehicle import Vehicle
+
+_RATE_HZ: Final = (100, 10)  # of those under water, small and with strong thrusters, and of those that float
+_DEEP: Final = 10.0  # lengths: the surface is far from those that do not float
+_SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
+_WAY: Final = 20.0  # lengths of depth below
+_SETTLED: Final = 0.005  # share of the largest rate by which it then still changes
+_SPANS: Final = 40  # looks at most
+_ROUNDED: Final = 1e-6  # deg: limits are kept in rad
+_MODE: Final = "each_actuator_of_the_trial"  # the control mode that is added for it
+_ROOM: Final = 400.0  # lengths of ground, either way, where its depth counts
+
+
+class CalmRun:
+    """One vehicle in calm water, commanded actuator by actuator."""
+
+    def __init__(
+        self, vehicle: Mapping[str, Any], speed: float = 0.0, *, revolutions: Mapping[int, float] | None = None,
+        depth: float | None = None, held: bool = False,
+    ) -> None:  # fmt: skip
+        """`revolutions` that engines are ordered, by number; `depth` of the water [m], deep without, which counts for
+        nothing where the vehicle is `held`.
+        """
+        self.vehicle = Vehicle.from_dict(vehicle)
+        self.length = self.vehicle.config.length_m
+        self.floats = bool(self.vehicle.config.body.stiffness.any())
+        self.depth = None if held else self._checked(depth)
+        self.rate_hz = _RATE_HZ[self.floats]
+        start = {"position_m": [0, 0], "depth_m": 0.0 if self.floats else _DEEP * self.length}
+        modes = {**(vehicle.get("modes") or {}), _MODE: {"type": "actuators"}}
+        agent = {"vehicle": {**vehicle, "modes": modes}, "control": _MODE, "start": start}
+        world: dict[str, Any] = {"type": "flat", "depth_m": depth or max(20.0, _WAY * self.length)}
+        if depth is not None:
+            world["size_m"] = [_ROOM * self.length] * 2
+        scenario = {"tick_rate_hz": self.rate_hz, "world": world, "agents": {"it": agent}}
+        try:
+            self.sim = Simulation.load(scenario, trust=True)  # as `from_dict` does: whoever read a file has asked
+        except ScenarioError as error:
+            if depth is None:
+                raise
+            raise InputError(f"--depth {depth:g}: {error}") from None
+        self.sim.reset(seed=0)
+        self.command = np.zeros(len(self.vehicle.actuator_names))
+        if revolutions:
+            self._start_engines(revolutions)
+        self._began_ns = self.sim.time_ns
+        if speed:
+            self.sim.set_state("it", velocity=np.array([[speed, 0.0, 0.0]]))
+        self.rows: list[NDArray[np.float64]] = []
+        self._heading = 0.0  # unwrapped [rad]
+        self.keep()
+
+    def _checked(self, depth: float | None) -> float | None:
+        """The depth of the water [m].
+
+        Raises:
+            InputError: a vehicle that feels it is told none, or one that does not feel it is told one.
+        """
+        feels = self.floats and self.vehicle.model.feels_planes
+        if feels and depth is None:
+            raise InputError(f"{self.vehicle.name} feels the depth of its water here: give it (--depth)")
+        if depth is not None and not feels:
+            raise InputError(
+                f"--depth {depth:g}: nothing of {self.vehicle.name} depends on the depth of its water; kvlcc2 and "
+                "tanker have a variant for it, shallow, and other ships may have its terms (docs/vehicles.md)"
+            )
+        return depth
+
+    def _start_engines(self, revolutions: Mapping[int, float]) -> None:
+        """Let engines come to their revolutions [1/s]; the ship is then put back where it began."""
+        for k, ordered in revolutions.items():
+            self.command[k] = ordered
+        parts = list(self.vehicle.model.actuators.values())
+        slowest = max(float(parts[k].lag.time_constant) for k in revolutions)
+        start = self.sim.state["it"]
+        position, attitude, still = start.position.copy(), start.attitude.copy(), np.zeros((1, 3))
+        self.sim.step({"it": self.command})
+        self.sim.run(_SPIN_UP * slowest)
+        self.sim.set_state("it", position=position, attitude=attitude, velocity=still, angular_velocity=still)
+
+    def keep(self) -> None:
+        """Record the motion now."""
+        state = self.sim.state["it"]
+        roll, pitch, yaw = state.euler[0]
+        down = np.array([1.0, -1.0, -1.0])
+        self._heading += math.remainder(-yaw - self._heading, math.tau)
+        self.rows.append(
+            np.concatenate([
+                [(self.sim.time_ns - self._began_ns) * 1e-9], state.position[0] * down, [roll, -pitch, -yaw],
+                state.velocity[0] * down, state.angular_velocity[0] * down, self.command,
+            ])
+        )  # fmt: skip
+
+    @property
+    def heading_deg(self) -> float:
+        """Unwrapped, from the first course."""
+        return math.degrees(self._heading)
+
+    @property
+    def seconds(self) -> float:
+        """Since the start."""
+        return float(self.rows[-1][0])
+
+    def go(self, seconds: float, *, until: Callable[[], bool] = lambda: False) -> bool:
+        """Run, and whether `until` came true."""
+        for _ in range(round(seconds * self.rate_hz)):
+            self.sim.step({"it": self.command})
+            self.keep()
+            if until():
+                return True
+        return False
+
+    def track(self) -> Track:
+        """Everything so far."""
+        table = np.array(self.rows)
+        attitude = table[:, 4:7].copy()
+        attitude[:, 2] = np.unwrap(attitude[:, 2])
+        return Track(table[:, 0], table[:, 1:4], attitude, table[:, 7:10], table[:, 10:13], table[:, 13:])
+
+    def full_helm(self) -> float:
+        """35 deg, or as much as the rudder has [deg] (MSC.137(76), 5.1.2)."""
+        rudder = list(self.vehicle.model.actuators.values())[self.helm(0.0)]
+        return min(FULL_HELM, math.degrees(float(rudder.lag.high)))
+
+    def helm(self, most_deg: float) -> int:
+        """Number of the rudder among the actuators.
+
+        Raises:
+            InputError: it has no rudder of the kind that ships' trials are about, or not that much helm.
+        """
+        for k, actuator in enumerate(self.vehicle.model.actuators.values()):
+            if isinstance(actuator, RUDDERS):
+                least, most = (math.degrees(float(x)) for x in (actuator.lag.low, actuator.lag.high))
+                if not least - _ROUNDED <= most_deg <= most + _ROUNDED:
+                    raise InputError(
+                        f"--rudder {most_deg:g}: the rudder of {self.vehicle.name} goes from {least:g} to {most:g} deg"
+                    )
+                return k
+        kinds = ", ".join(self.vehicle.actuator_names) or "none"
+        raise InputError(
+            f"{self.vehicle.name} has no ship's rudder (actuators: {kinds}); "
+            "what it can do is decay, and with thrusters bollard"
+        )
+
+    def done(self, name: str, ordered: str, measures: list[Measure], switched: list[float]) -> Trial:
+        """The trial."""
+        beam, parts = self.vehicle.config.beam, self.vehicle.model.actuators.values()
+        rudder = next((k for k, actuator in enumerate(parts) if isinstance(actuator, RUDDERS)), 0)
+        return Trial(
+            name,
+            ordered if self.depth is None else f"{ordered} in {self.depth:g} m of water",
+            self.vehicle.name,
+            self.length,
+            beam,
+            self.track(),
+            measures,
+            np.array(switched),
+            rudder=rudder,
+            variant=self.vehicle.config.variant,
+        )
+
+    def settled_rate(self, span_s: float) -> float:
+        """Yaw rate [deg/s] once it no longer changes from one span to the next.
+
+        Raises:
+            InputError: it never settles.
+        """
+        last = max(1, round(0.25 * span_s * self.rate_hz))
+        largest = max(abs(math.degrees(row[12])) for row in self.rows)
+        before = math.inf
+        for _ in range(_SPANS):
+            self.go(span_s)
+            now = float(np.degrees(np.mean([row[12] for row in self.rows[-last:]])))
+            if abs(now - before) <= _SETTLED * max(largest, abs(now)):
+                return now
+            before = now
+        raise InputError(
+            f"the yaw rate did not settle in {_SPANS * span_s:g} s: give the time at each helm (--seconds)"
+        )
