@@ -99,7 +99,7 @@ ROLLS = {
 }  # fmt: skip
 CHANGED: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("tanker", {"added_mass": {"water_depth_m": 26.0}}),
-    ("kvlcc2", {"terms": {"roll": ROLLS}}),
+    ("kvlcc2", {"beam_m": 66.0, "terms": {"roll": ROLLS}}),
 )
 """Vehicles of the catalogue where some of their numbers matter that otherwise don't: coefficients of shallow water,
 sections of a ship.

@@ -34,8 +34,7 @@ _HELD: Final = (0.8, 1.05)  # share of the displaced volume that the sections gi
 _UNEVEN: Final = 0.01  # of the beam: what one side of a section may differ from the other
 _ENDS: Final = 0.05  # of the volume, which sections without a Lewis form at a hull's ends may hold
 
-_BEYOND: Final = 1.1  # of the hull's length: counters and transoms stand out of its perpendiculars
-_ROUNDED: Final = 1.01  # of its beam and height
+_BEYOND: Final = 1.1  # of the hull's length, beam and height: counters, flare and keels stand out of moulded sizes
 
 
 class SectionTableConfig(PartConfig):
@@ -87,9 +86,10 @@ class SectionTableConfig(PartConfig):
             for key, value, what, most in (
                 ("beam_m", self.beam_m[i], "beam", body.beam), ("draught_m", self.draught_m[i], "height", body.height),
             ):  # fmt: skip
-                if value > _ROUNDED * most:
+                if value > _BEYOND * most:
                     raise InputError(
-                        f"roll_damping: {key} at x = {x:g} m is {value:g}, more than the hull's {what}, {most:g} m"
+                        f"roll_damping: {key} at x = {x:g} m is {value:g}, of a hull whose {what} is {most:g} m; "
+                        f"at most {_BEYOND * most:g} m are allowed"
                     )
 
     def sections(self) -> tuple[RollSection, ...]:
