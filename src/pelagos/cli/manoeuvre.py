@@ -44,7 +44,7 @@ def show_manoeuvre(
             "ordered": trial.ordered,
             "measures": rows,
         }
-        console.print_json(json.dumps(told | {"measures": rows}))
+        console.print_json(json.dumps(told))
     else:
         table = Table(title=trial.title, box=None, title_justify="left")
         for head in ("quantity", "value", "unit", "IMO limit", ""):
