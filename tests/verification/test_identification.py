@@ -77,7 +77,7 @@ def synthetic(seed: int, rows: int = 401) -> dict:
     at = np.array([p.coordinate(TRUE[p.name]) for p in family.parameters])
     shooter = shooter_of(family, read_record(blank, plan))
     start = Shots(np.array([0]), rows - 1, np.array([0]), np.array([[0.0, 0.0, 5.0]]), np.array([[1.0, 0, 0, 0]]),
-                  np.array([[0.3, -0.1, 0, 0, 0, 0.2]]))  # fmt: skip
+                  np.array([[0.3, -0.1, 0, 0, 0, 0.2]]), np.array([False]))  # fmt: skip
     seen, _ = shooter.play(start, family.compiled_values(at), [], tangents=False)
     return {
         **blank, "x": seen[:, 0, 0] + random.normal(0, 0.01, rows), "y": seen[:, 1, 0] + random.normal(0, 0.01, rows),
@@ -100,7 +100,8 @@ def test_tangents_are_the_slopes_of_the_motion():
     at = np.array([p.coordinate(TRUE[p.name]) for p in family.parameters])
     shots = Shots(np.array([12, 40]), 30, np.array([12, 20]), np.array([[0.0, 1, 5], [2, 0, 6]]),
                   np.array([[1.0, 0, 0, 0], [0.8, 0, 0, 0.6]]),
-                  np.array([[0.5, 0.1, 0, 0, 0, 0.2], [-0.3, 0.2, 0.1, 0.05, 0, -0.4]]))  # fmt: skip
+                  np.array([[0.5, 0.1, 0, 0, 0, 0.2], [-0.3, 0.2, 0.1, 0.05, 0, -0.4]]),
+                  np.array([False, True]))  # fmt: skip
     free = [0, 3, 5, 6, 7, 11]
     _, slopes = shooter.play(shots, family.compiled(at), free, tangents=True)
     step = 1e-4

@@ -139,7 +139,8 @@ def test_a_vehicle_is_found_again_from_its_own_recording(tmp_path):
     plan = load_plan(told, recording=tmp_path / "run.mcap", agent="usv0")
     assert (plan.integrator, plan.substeps) == ("vehicle", 1)
     record = read_record(tmp_path / "run.mcap", plan, ("port", "starboard"))
-    assert record.runs[0][0] * record.step_s == pytest.approx(3.0)  # behind the run up of the actuators
+    assert record.runs[0][0] == 0
+    assert plan.actuators_from == "rest"
     start = boat({"X_u": 11.0, "N_r": 21.0, "lag": 0.5})
     for e in fit(start, record, plan).estimates:
         assert e.value == pytest.approx(TRUE[e.parameter.name], rel=1e-5)

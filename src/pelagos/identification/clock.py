@@ -35,6 +35,8 @@ class Clock:
         """A time since the first row, as the record has it."""
         if abs(self.start_s) < _LARGE_S:
             return f"{self.start_s + seconds:.6g}"
+        if abs(seconds) > _LARGE_S:  # as far as that, such as a time that does not count from 1970
+            return f"{self.start_s + seconds:.10g}"
         return f"{self.start_s:.10g}{seconds:+.6g}"
 
     @property

@@ -17,9 +17,9 @@ from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
 from pelagos.identification.coordinates import COORDINATES, STILL
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
-from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
+from pelagos.identification.parameters import CURRENT, OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
-from pelagos.identification.preroll import doubts_of_preroll, preroll_of
+from pelagos.identification.preroll import doubts_of_preroll, longer_preroll, preroll_of
 from pelagos.identification.problem import (
     Problem,
     cut_shots,
@@ -32,11 +32,12 @@ from pelagos.identification.record import Record
 from pelagos.identification.search import Found, search
 from pelagos.identification.shots import Shooter, Shots
 from pelagos.identification.steps import MOST, SHARE, finite_substeps, step_shift
-from pelagos.identification.water import Water, depth_told, water_of
+from pelagos.identification.water import Water, depth_told, doubts_of_vary, water_of
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
+_AGAIN: Final = 2  # fits at most, for the preroll of lags that were found
 _RESEMBLANCE: Final = 0.4
 """Correlation that a motion has with itself a smoothing length later, and noise has not."""
 
@@ -172,14 +173,45 @@ def fit(
         raise InputError("plan: parameters: name at least one, such as terms.damping.diagonal.0: {}")
     data = vehicle_with_plan(vehicle, plan)
     water = water_of(scenario)
-    parameters = parameters_of(plan.parameters, data, water.outside)
-    family = Family(_calm(data, plan), parameters, water.outside)
+    known = water.outside(in_air=data["medium"] == "air")
+    parameters = parameters_of(plan.parameters, data, known)
+    family = Family(_calm(data, plan), parameters, known)
     depth_told(record, family.model)
-    preroll_s = preroll_of(plan, family.model)
-    doubtful = _doubted_before(record, family.model, preroll_s, water)
+    doubtful = _doubted_before(record, family.model, water)
     shooter = shooter_of(family, record, water)
-    all_shots, joined = cut_shots(record, plan, preroll_s)
+    preroll_s = preroll_of(plan, family.model)
+    all_shots, _ = cut_shots(record, plan, preroll_s)
     shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
+    problem, shots, rest = _posed(family, shooter, record, plan, preroll_s)
+    found, sure, shift = _searched(problem, shots, tell)
+    length_s = max(b for _, b in record.runs) * record.step_s
+    for _ in range(_AGAIN):
+        longer = longer_preroll(plan, preroll_s, family.model_at(found.at), length_s)
+        if longer is None:
+            break
+        preroll_s = longer
+        tell(f"again, with {preroll_s:.3g} s before each shot")
+        problem, shots, rest = _posed(family, shooter, record, plan, preroll_s)
+        found, sure, shift = _searched(problem, shots, tell, found.at)
+    estimates = tuple(_estimate(p, k, found, sure, shift) for k, p in enumerate(parameters))
+    _narrowed(estimates)
+    train = score(shooter, family, found.at, record, shots)
+    all_shots, _ = cut_shots(record, plan, preroll_s)
+    test = score(shooter, family, found.at, record, rest) if len(rest) else None
+    before = score(shooter, family, problem.prior, record, rest if len(rest) else shots)
+    seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
+    made = Fit(
+        estimates, sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record, plan,
+        (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
+    )  # fmt: skip
+    return _doubted(made, doubtful, doubts_of_preroll(preroll_s, family.model_at(found.at)))
+
+
+def _posed(
+    family: Family, shooter: Shooter, record: Record, plan: Plan, preroll_s: float
+) -> tuple[Problem, Shots, Shots]:
+    """The problem of a fit, and the shots that are fitted and those that are left for the test."""
+    all_shots, joined = cut_shots(record, plan, preroll_s)
     count = max(1, round(plan.train * len(all_shots)))
     names = plan.fit_to or tuple(n for n in COORDINATES if n in plan.columns)
     free = free_coordinates([*names, *plan.continuity])
@@ -188,27 +220,18 @@ def fit(
     wanted = target(record, shots, names).once(joined[:count])
     hidden = hidden_coordinates(record, shooter, family, shots, wanted)
     problem = Problem(family, shooter, wanted, joined[:count], plan, free, hidden)
-    found, sure, shift = _searched(problem, shots, tell)
-    estimates = tuple(_estimate(p, k, found, sure, shift) for k, p in enumerate(parameters))
-    _narrowed(estimates)
-    train = score(shooter, family, found.at, record, shots)
-    rest = _some(all_shots, slice(count, None))
-    test = score(shooter, family, found.at, record, rest) if len(rest) else None
-    before = score(shooter, family, problem.prior, record, rest if len(rest) else shots)
-    seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
-    made = Fit(
-        estimates, sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record, plan,
-        (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
-    )  # fmt: skip
-    return _doubted(made, doubtful)
+    return problem, shots, _some(all_shots, slice(count, None))
 
 
 def _searched(
-    problem: Problem, shots: Shots, tell: Callable[[str], None]
+    problem: Problem, shots: Shots, tell: Callable[[str], None], at: NDArray[np.float64] | None = None
 ) -> tuple[Found, Certainty, NDArray[np.float64]]:
-    """End of the search with as many substeps as it takes, its certainty, and what the steps still shift `(p,)`."""
+    """End of the search with as many substeps as it takes, its certainty, and what the steps still shift `(p,)`.
+
+    `at`: see `search`.
+    """
     plan, shooter = problem.plan, problem.shooter
-    found = search(problem, shots, iterations=plan.iterations, tell=tell)
+    found = search(problem, shots, iterations=plan.iterations, tell=tell, at=at)
     while True:
         sure = certainty(problem, found, resamplings=plan.bootstrap)
         if plan.integrator == "vehicle" and plan.substeps is not None:  # the steps are those of the motion itself
@@ -234,18 +257,29 @@ def _narrowed(estimates: tuple[Estimate, ...]) -> None:
         )
 
 
-def _doubted_before(record: Record, model: Model, preroll_s: float, water: Water) -> tuple[str, ...]:
-    found = (*doubts_of_commands(record, model), *doubts_of_preroll(preroll_s, model), *doubts_of_water(water, model))
+def _doubted_before(record: Record, model: Model, water: Water) -> tuple[str, ...]:
+    found = (*doubts_of_commands(record, model), *doubts_of_water(water, model), *doubts_of_vary(water))
     for text in found:
         warnings.warn(text, PelagosWarning, stacklevel=3)
     return found
 
 
-def _doubted(made: Fit, doubtful: tuple[str, ...]) -> Fit:
-    ends = doubts_of_fit(made)
+def _doubted(made: Fit, doubtful: tuple[str, ...], slow: tuple[str, ...]) -> Fit:
+    ends = (*slow, *doubts_of_fit(made), *_nothing_unseen(made))
     for text in ends:
         warnings.warn(text, PelagosWarning, stacklevel=3)
     return replace(made, doubts=doubtful + ends)
+
+
+def _nothing_unseen(made: Fit) -> tuple[str, ...]:
+    """Fits without a part for the test."""
+    if made.test is not None:
+        return ()
+    shots = made.train.shots
+    one = f"the record makes one shot of {made.plan.segment_s:g} s: give a shorter segment_s"
+    all_of_them = f"train {made.plan.train:g} of {shots} shots leaves none: give less, or look at another run"
+    cure = one if shots == 1 else all_of_them
+    return (f"nothing is left unseen that would say how well the vehicle predicts: {cure}",)
 
 
 def open_loop(
@@ -270,7 +304,7 @@ def open_loop(
     for parameter in given:
         if parameter.name not in OUTSIDE:
             raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
-    family = Family(_calm(data, plan), given, water.outside)
+    family = Family(_calm(data, plan), given, water.outside(in_air=data["medium"] == "air"))
     depth_told(record, family.model)
     shooter = shooter_of(family, record, water)
     shots, _ = cut_shots(record, plan, preroll_of(plan, family.model))
@@ -284,13 +318,13 @@ def shooter_of(family: Family, record: Record, water: Water | None = None) -> Sh
     """Plays a family's shots with a record's commands."""
     start = [p.coordinate(p.prior) for p in family.parameters]
     vehicle = Vehicle(family.config_at(start))
-    return Shooter(vehicle, family.model, family.places, record.commands, record.step_s, water=water)
+    flows = any(path in CURRENT for p in family.parameters for path in p.paths) or any(map(family.outside.get, CURRENT))
+    return Shooter(vehicle, family.model, family.places, record.commands, record.step_s, water=water, flows=flows)
 
 
 def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Record, shots: Shots) -> Score:
     """Open loop from measured states."""
-    fresh = shots_at(record, shots.starts, shots.steps, 0.0)
-    fresh = replace(fresh, preroll=shots.preroll)
+    fresh = shots_at(record, shots.starts, shots.steps, shots.preroll, shots.idle)
     seen, _ = shooter.play(fresh, family.compiled_values(at), [], tangents=False)
     names = tuple(n for n in COORDINATES if record.values(n) is not None)
     wanted = target(record, fresh, names)
@@ -308,7 +342,7 @@ def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Rec
 def _some(shots: Shots, which: slice) -> Shots:
     return replace(
         shots, starts=shots.starts[which], preroll=shots.preroll[which], position=shots.position[which],
-        attitude=shots.attitude[which], nu=shots.nu[which],
+        attitude=shots.attitude[which], nu=shots.nu[which], idle=shots.idle[which],
     )  # fmt: skip
 
 

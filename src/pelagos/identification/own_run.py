@@ -10,7 +10,7 @@ import yaml
 
 from pelagos.config.swarm import topic_name
 from pelagos.errors import InputError, LookupFailed
-from pelagos.identification.plan import SHORTEST_PREROLL_S
+from pelagos.identification.steps import SHORTEST_STEP_S
 from pelagos.sim.command_log import COMMANDS
 from pelagos.sim.record import SCENARIO
 from pelagos.sim.replay import Recording
@@ -29,7 +29,8 @@ COLUMNS: Final[dict[str, tuple[str, float, float]]] = {
 def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
     """Keys of a plan with those columns and commands that it leaves to the recording.
 
-    True motion has no error but that of the run's own steps: a fit takes the same, unless the plan says how.
+    True motion has no error but that of the run's own steps: a fit takes the same, unless the plan says how. A run
+    begins with its actuators at rest; those of a recording that begins later, or of sensors, are not known at first.
 
     Args:
         data: the plan's keys.
@@ -41,7 +42,7 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
     """
     if data.get("columns") and "commands" in data:
         return data
-    recording = Recording(path, topics=())
+    recording = Recording(path)
     channels, found = recording.channels, dict(data)
     if not data.get("columns"):
         topic = _topic(channels, agent, "truth")
@@ -52,13 +53,14 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
             name: {"column": f"{topic}.{field}", "scale": scale, "zero": zero}
             for name, (field, scale, zero) in COLUMNS.items()
         }
-        if "windows_s" not in data:  # before, its actuators come from rest, and not from their first commands
-            found["windows_s"] = [[data.get("preroll_s") or SHORTEST_PREROLL_S, math.inf]]
+        begun = recording.times(topic)[:1].tolist() == [0]
+        found.setdefault("actuators_from", "rest" if begun else "unknown")
         if not {"integrator", "substeps", "step_s"} & data.keys():
             period_ns = 1e9 / yaml.safe_load(recording.attachments[SCENARIO])["record"]["state_rate_hz"]
             dt_ns = int(recording.metadata["dt_ns"])
             ticks = round(period_ns / dt_ns)
-            found |= {"integrator": "vehicle", "substeps": ticks, "step_s": 1e-9 * ticks * dt_ns}
+            if 1e-9 * dt_ns >= SHORTEST_STEP_S:  # the error of shorter ones is nothing
+                found |= {"integrator": "vehicle", "substeps": ticks, "step_s": 1e-9 * ticks * dt_ns}
     if "commands" not in data:
         topic = _topic(channels, agent, COMMANDS)
         if topic is None:
@@ -66,6 +68,7 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
                 f"{path}: holds no commands to the actuators of {agent}: record them with pelagos run SCENARIO "
                 "--set record.commands=true, or name their topics in the plan under commands"
             )
+        found.setdefault("actuators_from", "unknown")
         found["commands"] = {name: f"{topic}.{name}" for name in channels[topic].about["actuators"].split()}
     return found
 

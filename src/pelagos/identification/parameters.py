@@ -20,7 +20,9 @@ from pelagos.vehicles.build import build_model
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.model import Model
 
-OUTSIDE: Final = ("current.north", "current.east", *(f"offset.{name}" for name in COORDINATES))
+CURRENT: Final = ("current.north", "current.east")
+"""Of the water, or for what flies of the air [m/s]."""
+OUTSIDE: Final = (*CURRENT, *(f"offset.{name}" for name in COORDINATES))
 """What is identified and does not belong to the vehicle."""
 Coordinates = Sequence[float] | NDArray[np.float64]
 """Of the search `(p,)`."""

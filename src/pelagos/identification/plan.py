@@ -18,8 +18,6 @@ from pelagos.identification.coordinates import COORDINATES, UNITS
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
-SHORTEST_PREROLL_S: Final = 3.0
-"""Least time before a shot from which its actuators follow their commands, where a plan says nothing [s]."""
 UNIT_SCALES: Final[dict[str, float]] = {
     "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "nmi": 1852.0, "ft": 0.3048, "rad": 1.0,
     "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600,
@@ -159,16 +157,20 @@ class Plan(_Strict):
     integrator: Literal["conservative", "semi_implicit", "runge_kutta", "vehicle"] | None = None
     """Way of the fit's steps; the fitted vehicle keeps its own way, which is `vehicle` here. Left out: that under
     `vehicle:` of this plan, or `runge_kutta`, whose error is of fourth order."""
-    substeps: Annotated[int, Field(ge=1, le=1000)] | None = None
-    """Steps of the simulation in one of `step_s`; left out: 1, doubled until the steps shift no parameter by more than
-    a tenth of its interval's half."""
+    substeps: Annotated[int, Field(ge=1, le=60_000)] | None = None
+    """Steps of the simulation in one of `step_s`, none shorter than 1 ms; left out: 1, doubled until the steps shift no
+    parameter by more than a tenth of its interval's half."""
     smooth_s: Positive = 0.6
     """Length of the parabolas through poses whose slope stands for a velocity that is not measured [s]."""
     segment_s: Positive = 15.0
     """Length of a shot [s]: each begins anew, at a state that is found with the parameters."""
     preroll_s: Positive | None = None
-    """Time before a shot from which its actuators follow their commands [s]; left out: 3, or as long as the slowest
-    actuator takes to within a hundredth of its command."""
+    """Time before a shot from which its actuators follow their commands [s], at most the record's; left out: 3, or as
+    long as the slowest actuator takes to within a hundred-thousandth of its command."""
+    actuators_from: Literal["commands", "rest", "unknown"] = "commands"
+    """States of the actuators at the record's first row: at their commands; at rest, in the state 0; or unknown, so
+    that shots begin after `preroll_s`. Of a recording of `pelagos run`, left out: rest if it begins with the run, else
+    unknown."""
     train: Annotated[float, Field(gt=0, le=1)] = 0.7
     """Share of the shots that are fitted; the last ones are for the test."""
     fit_to: tuple[str, ...] = ()

@@ -97,34 +97,54 @@ def cut_shots(record: Record, plan: Plan, preroll_s: float) -> tuple[Shots, list
     """Shots one after the other through every stretch, and whether each goes on where the one before it ends.
 
     Args:
-        record, plan: what is cut, and the length of shots.
+        record, plan: what is cut, the length of shots, and from where the first have their actuators.
         preroll_s: see `preroll_of`.
 
     Raises:
-        InputError: no stretch is as long as a shot.
+        InputError: no stretch is as long as a shot, or the preroll is longer than the record.
     """
+    _preroll_fits(record, plan)
     steps = round(plan.segment_s / record.step_s)
     if steps < _LEAST:
         raise InputError(
             f"plan: segment_s: {plan.segment_s:g} s is less than {_LEAST} steps of {record.step_s:.4g} s; a shot is to "
             "show what commands do"
         )
-    starts: list[int] = []
+    before = round(preroll_s / record.step_s)
+    first = before if plan.actuators_from == "unknown" else 0
+    found: list[int] = []
     joined: list[bool] = []
     for a, b in record.runs:
-        for k, at in enumerate(range(a, b - steps, steps)):
-            starts.append(at)
+        for k, at in enumerate(range(max(a, first), b - steps, steps)):
+            found.append(at)
             joined.append(k > 0)
-    if not starts:
+    if not found:
         longest = max(b - a for a, b in record.runs) * record.step_s
+        waits = f" and the {preroll_s:.3g} s before it in which actuators settle" if first else ""
+        cure = "; give actuators_from: rest or commands, or a shorter preroll_s" if first else ""
         raise InputError(
             f"the longest stretch without a hole is {longest:.3g} s, shorter than segment_s {plan.segment_s:g}"
+            f"{waits}{cure}"
         )
-    return shots_at(record, np.array(starts), steps, preroll_s), joined
+    starts = np.array(found)
+    idle = (starts <= before) & (plan.actuators_from == "rest")
+    return shots_at(record, starts, steps, np.minimum(starts, before), idle), joined
 
 
-def shots_at(record: Record, starts: NDArray[np.int64], steps: int, preroll_s: float) -> Shots:
-    """Shots that begin at these rows with what was measured there."""
+def _preroll_fits(record: Record, plan: Plan) -> None:
+    """Refuse a preroll that no row of the record has before it."""
+    length = max(b for _, b in record.runs) * record.step_s
+    if plan.preroll_s is not None and plan.preroll_s > length:
+        raise InputError(
+            f"plan: preroll_s: {plan.preroll_s:g} s is longer than the record, {length:.4g} s; leave it out, or give "
+            "some time constants of the slowest actuator"
+        )
+
+
+def shots_at(
+    record: Record, starts: NDArray[np.int64], steps: int, preroll: NDArray[np.int64], idle: NDArray[np.bool_]
+) -> Shots:
+    """Shots that begin at these rows with what was measured there; see `Shots`."""
     there = {}
     for name in COORDINATES:
         values = record.values(name)
@@ -136,9 +156,8 @@ def shots_at(record: Record, starts: NDArray[np.int64], steps: int, preroll_s: f
         turn[:, axis] = there[name]
         attitude = turned(attitude, turn)
     return Shots(
-        starts=starts, steps=steps, preroll=np.minimum(starts, round(preroll_s / record.step_s)),
-        position=np.stack([there[n] for n in COORDINATES[:3]], -1), attitude=attitude,
-        nu=np.stack([there[n] for n in COORDINATES[6:]], -1),
+        starts=starts, steps=steps, preroll=preroll, position=np.stack([there[n] for n in COORDINATES[:3]], -1),
+        attitude=attitude, nu=np.stack([there[n] for n in COORDINATES[6:]], -1), idle=idle,
     )  # fmt: skip
 
 

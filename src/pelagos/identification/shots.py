@@ -24,7 +24,6 @@ from pelagos.identification.parameters import Compiled
 from pelagos.identification.water import Surroundings, Water, water_of
 from pelagos.jit import Array
 from pelagos.math.rotation import from_vector, product
-from pelagos.math.so3 import matrix, matrix_np
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.nearby import level_ground
 from pelagos.vehicles.state import VehicleState
@@ -32,7 +31,8 @@ from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.vehicle import Vehicle
 
 _MODE: Final = "actuators"
-_MOTION: Final = 19  # position, quaternion, nu, nu_dot
+_PLACE: Final = 13  # position, quaternion, nu
+_MOTION: Final = 19  # and nu_dot
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,8 @@ class Shots:
         steps: how many steps each has.
         preroll: steps before it in which actuators follow their commands `(s,)`, at most so many rows as there are.
         position: NED `(s, 3)`; attitude: quaternion `(s, 4)`; nu: over ground `(s, 6)`.
+        idle: whether actuators are at rest, in the state 0, when its preroll begins `(s,)`; else they are then at their
+            commands.
     """
 
     starts: NDArray[np.int64]
@@ -52,6 +54,7 @@ class Shots:
     position: NDArray[np.float64]
     attitude: NDArray[np.float64]
     nu: NDArray[np.float64]
+    idle: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -61,7 +64,7 @@ class Shooter:
     """Plays shots of one vehicle with one record's commands.
 
     Attributes:
-        substeps: see `divide`.
+        substeps: see `divide`; grid_s: step of the record's grid [s].
 
     Args:
         vehicle: with a mode "actuators".
@@ -71,6 +74,7 @@ class Shooter:
         h: step of the record's grid [s].
         substeps: how many steps of the simulation one of the grid is.
         water: that the shots are in; None: open sea of one density, deep and at rest.
+        flows: whether there is a current, known or sought.
     """
 
     def __init__(
@@ -83,38 +87,46 @@ class Shooter:
         *,
         substeps: int = 1,
         water: Water | None = None,
+        flows: bool = False,
     ) -> None:
         size = max((len(c) for c in commands.values()), default=1)
         self._tables = [jit.Float64(commands.get(name, np.zeros(size))) for name in vehicle.actuator_names]
-        self._grid_s, self._size = h, size
+        self.grid_s, self._size = h, size
         self.divide(substeps)
         dr.make_opaque(self._tables)
         self._kept = vehicle.sizes.kept
         self._actuators = len(vehicle.actuator_names)
         self._around = (water_of(None) if water is None else water).around(vehicle)
+        self._foresees = vehicle.config.integrator == "conservative"
 
         def numbered(constants: Sequence[Array]) -> Model:
             found: Model = with_numbers(model, dict(zip(places, constants, strict=True)))
             return found
 
+        def surroundings(constants: Sequence[Array], around: Surroundings) -> Surroundings:
+            if not flows:
+                return around
+            north, east = constants[len(places) : len(places) + 2]
+            return around.in_current(north, east, in_air=vehicle.model.in_air)
+
         def advance(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
-            c = len(places)
             *given, step = commands
-            return _step(vehicle.with_model(numbered(constants[:c])), x, constants[c:], given, step, around)
+            made = vehicle.with_model(numbered(constants[: len(places)]))
+            return _step(made, x, given, step, surroundings(constants, around))
 
         def deeply(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
-            c = len(places)
             *given, step = commands
-            deep = deep_model(numbered(constants[:c]))
+            deep = deep_model(numbered(constants[: len(places)]))
             assert deep is not None
-            return _step(vehicle.with_model(deep), x, constants[c:], given, step, around)
+            return _step(vehicle.with_model(deep), x, given, step, surroundings(constants, around))
 
         def near(x: list[Array], constants: list[Array], step: Array, around: Any) -> Array:
             return near_surface(vehicle.with_model(numbered(constants[: len(places)])), x, around, step)
 
         def follow(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
-            *given, step = commands
-            return [jit.Float64(a) for a in numbered(constants[: len(places)]).advanced(x, given, step)]
+            held, *given, step = commands
+            moved = numbered(constants[: len(places)]).advanced(x, given, step)
+            return [dr.select(held > 0, a, jit.Float64(b)) for a, b in zip(x, moved, strict=True)]
 
         self._advance, self._follow = _recorded(advance), _recorded(follow)
         self._deep = None if deep_model(model) is None else _recorded(deeply)
@@ -124,7 +136,7 @@ class Shooter:
     def divide(self, substeps: int) -> None:
         """Take so many steps of the simulation from one row of the record to the next."""
         self.substeps = substeps
-        self._h = dr.opaque(jit.Float64, self._grid_s / substeps)
+        self._h = dr.opaque(jit.Float64, self.grid_s / substeps)
 
     def play(
         self, shots: Shots, compiled: Compiled, free: Sequence[int], *, tangents: bool
@@ -146,17 +158,18 @@ class Shooter:
         directions = max(1, p + len(free)) if tangents else 1
         s = len(shots)
         numbers = [jit.Float64(float(v)) for v in (*compiled.values, *compiled.outside)]
-        x = [jit.Float64(column) for column in np.repeat(self._start(shots, compiled), directions, axis=1)]
+        x = [jit.Float64(column) for column in np.repeat(self._start(shots), directions, axis=1)]
         at = jit.Int32(np.repeat(shots.starts, directions))
         dx: list[Array] = []
         slopes: list[Array] = []
         if tangents:
-            dx = [jit.Float64(c.ravel()) for c in _directions(shots, self._kept, free, compiled, directions)]
+            dx = [jit.Float64(c.ravel()) for c in _directions(shots, self._kept, free, p, directions)]
             padded = np.zeros((len(numbers), directions))
             padded[:, :p] = compiled.slopes
             slopes = [jit.Float64(np.tile(row, s)) for row in padded]
         dr.make_opaque(numbers, x, dx, slopes, at)
         x, dx = self._roll_actuators(shots, x, dx, numbers, slopes, at, directions)
+        x, dx = self._under_way(shots, advance, x, dx, numbers, slopes, at, directions)
         rows: list[list[Array]] = []
         row = at
         for k in range(shots.steps + 1):  # nothing waits for a result before the end
@@ -179,8 +192,8 @@ class Shooter:
     def _near(self, shots: Shots, compiled: Compiled) -> bool:
         """True if any shot feels the surface."""
         numbers = [jit.Float64(float(v)) for v in (*compiled.values, *compiled.outside)]
-        x = [jit.Float64(column) for column in self._start(shots, compiled)]
-        row, step = jit.Int32(shots.starts), dr.opaque(jit.Float64, self._grid_s)
+        x = [jit.Float64(column) for column in self._start(shots)]
+        row, step = jit.Int32(shots.starts), dr.opaque(jit.Float64, self.grid_s)
         near = dr.zeros(jit.Float64, len(shots))
         dr.make_opaque(numbers, x, row, near)
         x, _ = self._roll_actuators(shots, x, [], numbers, [], row, 1)
@@ -209,32 +222,50 @@ class Shooter:
         dr.eval(found)
         return [*found, self._h]
 
-    def _start(self, shots: Shots, compiled: Compiled) -> NDArray[np.float64]:
-        """Channels of the initial states `(19 + kept, s)`; velocities relative to the water."""
-        nu = shots.nu.copy()
-        rotation = matrix_np(shots.attitude)
-        nu[:, :3] -= np.einsum("sji,j->si", rotation, np.array([*compiled.outside[:2], 0.0]))
+    def _start(self, shots: Shots) -> NDArray[np.float64]:
+        """Channels of the initial states `(19 + kept, s)`."""
         still = np.zeros((6 + self._kept, len(shots)))
-        return np.concatenate([shots.position.T, shots.attitude.T, nu.T, still])
+        return np.concatenate([shots.position.T, shots.attitude.T, shots.nu.T, still])
+
+    def _under_way(
+        self, shots: Shots, advance: Any, x: Any, dx: Any, numbers: Any, slopes: Any, at: Array, directions: int
+    ) -> tuple[Any, Any]:
+        """Give each shot the acceleration of a step before its first, by which the conservative integrator foresees the
+        velocity in the middle of the first: that of the first step itself, and 0 at the beginning of a run, as there.
+        """
+        if not self._foresees:
+            return x, dx
+        moving = jit.Float64(np.repeat(~(shots.idle & (shots.preroll == 0)), directions).astype(np.float64))
+        dr.make_opaque(moving)
+        y, dy = self._one(advance, x, dx, numbers, slopes, self._given(at))
+        gone = slice(_PLACE, _MOTION)
+        found = [*x[:_PLACE], *(moving * a for a in y[gone]), *x[_MOTION:]]
+        slope = [*dx[:_PLACE], *(moving * a for a in dy[gone]), *dx[_MOTION:]] if dx else dx
+        dr.eval(found, slope)
+        return found, slope
 
     def _roll_actuators(
         self, shots: Shots, x: Any, dx: Any, numbers: Any, slopes: Any, at: Array, directions: int
     ) -> tuple[Any, Any]:
         if not self._kept:
             return x, dx
-        before = jit.Int32(np.repeat(shots.preroll, directions))
-        lanes = dr.width(at)
+        longest, lanes = int(shots.preroll.max()), dr.width(at)
+        mine = jit.Int32(np.repeat(shots.preroll, directions))
+        driven = jit.Float64(np.repeat(~shots.idle, directions).astype(np.float64))
         own = [
-            *self._given(at - before)[:-1],
+            *(driven * command for command in self._given(at - mine)[:-1]),
             *(dr.zeros(jit.Float64, lanes) for _ in range(self._kept - self._actuators)),
         ]
         down = [dr.zeros(jit.Float64, lanes) for _ in own] if dx else []
-        dr.make_opaque(own, down)
-        for _ in range(int(shots.preroll.max())):
-            given = self._given(at - before)
+        before = dr.opaque(jit.Int32, longest)
+        dr.make_opaque(own, down, mine)
+        for _ in range(longest):
+            held = dr.select(before > mine, jit.Float64(1.0), 0.0)  # until a shot's own preroll begins
+            given = [held, *self._given(at - before)]
+            dr.eval(held)
             for _ in range(self.substeps):
                 own, down = self._one(self._follow, own, down, numbers, slopes, given)
-            before = dr.maximum(before - 1, 0)
+            before = before - 1
             dr.eval(before)
         return [*x[:_MOTION], *own], [*dx[:_MOTION], *down] if dx else dx
 
@@ -260,10 +291,8 @@ def _recorded(step: Callable[[list[Array], list[Array], list[Array], Any], list[
     return jit.freeze(step), jit.freeze(pushed)
 
 
-def _step(
-    vehicle: Vehicle, x: list[Array], outside: list[Array], commands: list[Array], h: Array, around: Surroundings
-) -> list[Array]:
-    """One step in the frame of the water, which a steady current carries along with it."""
+def _step(vehicle: Vehicle, x: list[Array], commands: list[Array], h: Array, around: Surroundings) -> list[Array]:
+    """One step of a run."""
     tables = around.tables
     if around.depth is not None:
         thrusters = None if tables is None else tables.thrusters
@@ -276,44 +305,33 @@ def _step(
         controller=[jit.Float64(0.0)] * 64,
     )  # fmt: skip
     new = vehicle.step(state, commands, around.ocean, jit.Float64(0.0), (still, still), h, _MODE, tables)
-    moved = [new.position[0] + h * outside[0], new.position[1] + h * outside[1], new.position[2]]
     return [
-        *moved, *new.attitude, *new.velocity, *new.angular_velocity, *new.acceleration, *new.angular_acceleration,
-        *new.actuators, *new.actuator_memory, *new.radiation,
+        *new.position, *new.attitude, *new.velocity, *new.angular_velocity, *new.acceleration,
+        *new.angular_acceleration, *new.actuators, *new.actuator_memory, *new.radiation,
     ]  # fmt: skip
 
 
 def _seen_step(x: list[Array], constants: list[Array], commands: list[Array], around: Any) -> list[Array]:
-    """The twelve coordinates with their offsets; velocities over ground."""
-    north, east, *offsets = constants[len(constants) - 14 :]
+    """The twelve coordinates with their offsets."""
+    offsets = constants[len(constants) - len(COORDINATES) :]
     w, i, j, k = x[3:7]
     roll = dr.atan2(2 * (w * i + j * k), 1 - 2 * (i * i + j * j))
     pitch = dr.asin(dr.clip(2 * (w * j - k * i), -1, 1))
     heading = dr.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
-    first, second, _ = matrix(x[3:7])
-    over = [x[7 + a] + first[a] * north + second[a] * east for a in range(3)]
-    seen = [*x[0:3], roll, pitch, heading, *over, *x[10:13]]
+    seen = [*x[0:3], roll, pitch, heading, *x[7:_PLACE]]
     return [a + b for a, b in zip(seen, offsets, strict=True)]
 
 
-def _directions(
-    shots: Shots, kept: int, free: Sequence[int], compiled: Compiled, directions: int
-) -> NDArray[np.float64]:
-    """Tangents of the initial states `(19 + kept, s, directions)`; velocities are relative to the water."""
-    p = compiled.slopes.shape[1]
+def _directions(shots: Shots, kept: int, free: Sequence[int], p: int, directions: int) -> NDArray[np.float64]:
+    """Tangents of the initial states `(19 + kept, s, directions)`: of p parameters none, then of free coordinates."""
     found = np.zeros((_MOTION + kept, len(shots), directions))
     w, i, j, k = shots.attitude.T
     spin = 0.5 * np.array([[-i, w, k, -j], [-j, -k, w, i], [-k, j, -i, w]])
-    back = matrix_np(shots.attitude).transpose(0, 2, 1)
-    current = np.array([*compiled.outside[:2], 0.0])
-    by_current = compiled.slopes[len(compiled.values) : len(compiled.values) + 2]  # (2, p)
-    found[7:10, :, :p] = -np.einsum("sij,jp->isp", back[:, :, :2], by_current)
     for n, c in enumerate(free):
         if c < 3:
             found[c, :, p + n] = 1.0
         elif c < 6:
             found[3:7, :, p + n] = spin[c - 3]
-            found[7:10, :, p + n] = np.cross(np.eye(3)[c - 3], back @ current).T
         else:
             found[c + 1, :, p + n] = 1.0
     return found

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.errors import InputError
 from pelagos.identification.coordinates import number
 from pelagos.identification.parameters import Family
 from pelagos.identification.problem import Problem
@@ -20,12 +21,23 @@ SHARE: Final = 0.1
 """Of the half width of a 95 % interval: shifted by so much, it still covers a normal law's middle 94.6 times in 100."""
 DOUBTED: Final = 0.25
 """Of the same, from which a fit is doubtful: 92 times in 100."""
+SHORTEST_STEP_S: Final = 1e-3 * (1 - 1e-9)
+"""Of the simulation [s]: its error is far below what any record shows."""
 _ORDERS: Final = {"runge_kutta": 4}  # of the others: 1
 
 
 def finite_substeps(shooter: Shooter, family: Family, shots: Shots, given: int | None) -> int:
-    """The least number of substeps, by doubling, with which the motion stays finite at the priors; or that given."""
+    """The least number of substeps, by doubling, with which the motion stays finite at the priors; or that given.
+
+    Raises:
+        InputError: those given make steps shorter than 1 ms.
+    """
     if given is not None:
+        if shooter.grid_s / given < SHORTEST_STEP_S:
+            raise InputError(
+                f"plan: substeps: {given} in {shooter.grid_s:g} s are steps of {1000 * shooter.grid_s / given:.3g} ms, "
+                f"and none may be shorter than 1 ms; give at most {max(1, int(shooter.grid_s / SHORTEST_STEP_S))}"
+            )
         return given
     compiled = family.compiled_values([p.coordinate(p.prior) for p in family.parameters])
     for substeps in (1, 2, 4, 8):

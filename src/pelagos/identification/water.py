@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,13 +13,14 @@ import numpy as np
 from pelagos import jit
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
+from pelagos.config.vary import parse
 from pelagos.errors import InputError
 from pelagos.identification.record import Record
 from pelagos.jit import Array
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.ocean.current import UniformCurrentConfig, components
+from pelagos.ocean.current import UniformCurrent, UniformCurrentConfig, components
 from pelagos.ocean.ocean import Ocean
-from pelagos.ocean.wind import WindConfig
+from pelagos.ocean.wind import Wind, WindConfig
 from pelagos.sim.boundaries import reach_below_m
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.tables import Tables
@@ -30,6 +31,7 @@ from pelagos.world.generate.flat import FlatConfig
 
 _MOST_ASTRAY: Final = 0.5  # of the rows: a vehicle that jumps, dives or lands comes back
 _MOVING: Final = ("waves", "tide")  # keys of the ocean that move its surface
+_VARIED: Final = ("factors", "current")  # groups of keys of `vary`; others do not change how a vehicle moves
 
 
 @jit.struct
@@ -43,6 +45,15 @@ class Surroundings:
     depth: Array | None = None
     reach: Array | None = None
 
+    def in_current(self, north: Array, east: Array, *, in_air: bool) -> Surroundings:
+        """The same where all the water moves, or for what flies the air, north and east [m/s]."""
+        moving: dict[str, Any] = {"currents": [UniformCurrent(jit.Array3f64(north, -east, 0.0))]}
+        if in_air:
+            one, none = jit.Float64(1.0), jit.Float64(0.0)
+            moving = {"air": Wind(one, jit.Float64(north), jit.Float64(-east), none, none, 0, True)}
+        kept = {f.name: getattr(self.ocean, f.name) for f in fields(Ocean)}
+        return Surroundings(Ocean(**{**kept, **moving}), self.tables, self.depth, self.reach)
+
 
 @dataclass(frozen=True)
 class Water:
@@ -54,6 +65,7 @@ class Water:
         depth: of level ground below z = 0 [m]; None: there is none within reach.
         ground: type of the scenario's world, where its ground is not level.
         left_out: keys of the scenario's ocean that a fit does not see.
+        varied: keys of the scenario's `vary` that the motion of a vehicle depends on.
     """
 
     ocean: Ocean
@@ -61,10 +73,12 @@ class Water:
     depth: float | None = None
     ground: str = ""
     left_out: tuple[str, ...] = ()
+    varied: tuple[str, ...] = ()
 
-    @property
-    def outside(self) -> dict[str, float]:
-        """Values that are known beside the vehicle, by their paths in a plan."""
+    def outside(self, *, in_air: bool = False) -> dict[str, float]:
+        """Values that are known beside the vehicle, by their paths in a plan; of the air none."""
+        if in_air:
+            return {}
         return dict(zip(("current.north", "current.east"), self.current, strict=True))
 
     def around(self, vehicle: Vehicle) -> Surroundings:
@@ -87,8 +101,8 @@ def water_of(scenario: Scenario | Mapping[str, Any] | str | Path | None) -> Wate
     scenario = load_scenario(scenario)
     given: OceanConfig = scenario.ocean
     still = {"currents": (), "waves": (), "tide": (), "tracers": {}, "wind": WindConfig()}
-    varied = not isinstance(given.temperature_c, float) or not isinstance(given.salinity, float)
-    world = build_world(scenario.located_world) if varied else None
+    layered = not isinstance(given.temperature_c, float) or not isinstance(given.salinity, float)
+    world = build_world(scenario.located_world) if layered else None
     ocean = build_ocean(given.model_copy(update=still), world, seed=scenario.seed)
     steady, other = _currents(given)
     left_out = [*other, *(f"ocean.{key}" for key in _MOVING if getattr(given, key))]
@@ -96,7 +110,18 @@ def water_of(scenario: Scenario | Mapping[str, Any] | str | Path | None) -> Wate
         left_out.append("ocean.wind")
     flat = isinstance(scenario.world, FlatConfig)
     depth = scenario.world.depth_m if flat else None
-    return Water(ocean, steady, depth, "" if flat else scenario.world.type, tuple(left_out))
+    varied = tuple(key for key in scenario.vary if parse(key).group in _VARIED)
+    return Water(ocean, steady, depth, "" if flat else scenario.world.type, tuple(left_out), varied)
+
+
+def doubts_of_vary(water: Water) -> tuple[str, ...]:
+    """Numbers that a run draws, and a fit takes as the scenario has them."""
+    if not water.varied:
+        return ()
+    return (
+        f"vary: {', '.join(water.varied)}: drawn anew in each run, and a fit takes the scenario's own numbers; give "
+        "those of this run instead",
+    )
 
 
 def _currents(given: OceanConfig) -> tuple[tuple[float, float], list[str]]:
