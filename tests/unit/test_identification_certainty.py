@@ -8,11 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pelagos.errors import InputError
 from pelagos.identification.certainty import _scores, _spent, certainty
 from pelagos.identification.doubts import doubts_of_fit
-from pelagos.identification.fit import _estimate
+from pelagos.identification.fit import _estimate, _nothing_unseen
 from pelagos.identification.parameters import Parameter
 from pelagos.identification.problem import Normal, Target
+from pelagos.identification.steps import finite_substeps
 
 
 def regression(initial: int = 0) -> tuple[Normal, np.ndarray, np.ndarray]:
@@ -105,6 +107,24 @@ def test_an_interval_is_the_wider_one(prior: float, logarithmic: bool, resampled
     assert [made.low, made.high] == list(made.resampled if wider and made.resampled else made.fisher)
     assert made.step_shift == pytest.approx(-0.04 * (value(0.8) if logarithmic else 1.0))
     assert (made.identified, made.felt) == (True, True)
+
+
+@pytest.mark.parametrize(("train", "shots", "said"), [(0.7, 1, "one shot of 15 s: give a shorter segment_s"),
+                                                      (1.0, 4, "train 1 of 4 shots leaves none")])  # fmt: skip
+def test_a_fit_that_leaves_nothing_unseen_says_so(train: float, shots: int, said: str):
+    made = SimpleNamespace(
+        test=None, train=SimpleNamespace(shots=shots), plan=SimpleNamespace(train=train, segment_s=15)
+    )
+    (text,) = _nothing_unseen(made)
+    assert said in text
+    assert _nothing_unseen(SimpleNamespace(test=object())) == ()
+
+
+def test_steps_are_not_shorter_than_a_millisecond():
+    shooter = SimpleNamespace(grid_s=0.1)
+    assert finite_substeps(shooter, None, None, 100) == 100
+    with pytest.raises(InputError, match=r"substeps: 1000 in 0\.1 s are steps of 0\.1 ms, .* give at most 100"):
+        finite_substeps(shooter, None, None, 1000)
 
 
 def test_steps_that_shift_a_parameter_either_way_are_told():

@@ -315,7 +315,8 @@ def test_a_recording_since_1970_has_its_rows(monkeypatch):
     k = np.arange(600)
     np.testing.assert_array_equal(record.commands["left_propeller"], k - k % 5)
     np.testing.assert_allclose(record.measured["north"], 0.02 * k, atol=1e-9)  # 0.6 m/s, rounded to 1 ns
-    with pytest.raises(InputError, match=r"time goes from 1700000000\+0 to 1700000000\+19\.9667 s"):
+    said = r"windows_s: 0 to 20 s lies outside of the record; time goes from 1700000000\+0 to 1700000000\+19\.9667 s"
+    with pytest.raises(InputError, match=said):
         read_record("bag.mcap", load_plan({**columns, "windows_s": [[0, 20]]}))
 
 

@@ -13,10 +13,10 @@ from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.doubts import doubts_of_water
 from pelagos.identification.fit import open_loop, shooter_of
 from pelagos.identification.parameters import Family, parameters_of
-from pelagos.identification.preroll import doubts_of_preroll, preroll_of, settling_s
-from pelagos.identification.problem import moved
+from pelagos.identification.preroll import doubts_of_preroll, longer_preroll, preroll_of, settling_s
+from pelagos.identification.problem import cut_shots, moved, shots_at
 from pelagos.identification.shots import Shots
-from pelagos.identification.water import depth_told, water_of
+from pelagos.identification.water import depth_told, doubts_of_vary, water_of
 from pelagos.math.either import either
 from pelagos.vehicles.nearby import level_ground
 
@@ -119,7 +119,7 @@ def test_a_fit_moves_a_vehicle_as_a_run_does(name, tmp_path):
     if "draw air" not in name and "half out" not in name:
         deep = {**scenario, "ocean": {}, "world": {"type": "flat", "depth_m": 500}}
         other, _, _ = open_loop(vehicle, record, plan, scenario=deep)
-        assert max(other.rms.values()) > 2e-3, other.rms
+        assert max(other.rms.values()) > 5e-4, other.rms
 
 
 @pytest.mark.slow  # 20 s
@@ -141,6 +141,84 @@ def test_thrusters_that_the_surface_weakens_are_found_again(tmp_path):
     assert made.value("X_u") == pytest.approx(16.0, rel=1e-5)
     assert made.value("N_r") == pytest.approx(15.0, rel=1e-5)
     assert not made.doubts
+
+
+def test_currents_move_the_water_and_for_what_flies_the_air():
+    around = water_of(None).around(pl.Vehicle.from_dict(BOAT))
+    place, t = jit.Array3f64([1.0, 2.0], [3.0, 4.0], [-5.0, 60.0]), jit.Float64(7.0)
+    for in_air in (False, True):
+        ocean = around.in_current(jit.Float64([0.5, -2.0]), jit.Float64([0.25, 1.5]), in_air=in_air).ocean
+        moves, rests = (ocean.wind, ocean.current) if in_air else (ocean.current, ocean.wind)
+        np.testing.assert_allclose(np.array(moves(place, t)), [[0.5, -2.0], [-0.25, -1.5], [0, 0]], atol=1e-15)  # NWU
+        assert not np.array(rests(place, t)).any()
+
+
+def test_numbers_that_a_run_draws_are_warned_of():
+    vary = {"agents.it.factors.mass": {"uniform": [0.9, 1.1]}, "agents.it.start.heading_deg": {"uniform": [0, 90]},
+            "ocean.current_mps.0": {"uniform": [0.1, 0.2]}}  # fmt: skip
+    water = water_of({**scenario_of(BOAT, 0.0), "vary": vary})
+    (text,) = doubts_of_vary(water)
+    assert text.startswith("vary: agents.it.factors.mass, ocean.current_mps.0: drawn anew in each run")
+    assert doubts_of_vary(water_of(scenario_of(BOAT, 0.0))) == ()
+
+
+def test_each_shot_has_its_own_preroll():
+    """States that follow s' = (c - s)/T through the rows before a shot, from rest or the first command; by hand."""
+    plan, family = family_of(BOAT, {"X_u": "terms.damping.diagonal.0"})
+    random = np.random.default_rng(6)
+    commands = {name: random.uniform(-50, 50, 60) for name in ("port", "starboard")}
+    record = read_record({"t": 0.05 * np.arange(60), "psi": np.zeros(60), **commands}, plan)
+    shooter = shooter_of(family, record)
+    starts, preroll, idle = np.array([3, 17, 17, 40, 0]), np.array([3, 12, 2, 25, 0]), np.array([1, 0, 1, 0, 1]) > 0
+    shots = shots_at(record, starts, 10, preroll, idle)
+    numbers = [jit.Float64(v) for v in family.compiled_values([np.log(16)]).values]
+    x = [jit.Float64(row) for row in shooter._start(shots)]
+    found, _ = shooter._roll_actuators(shots, x, [], numbers, [], jit.Int32(starts), 1)
+    left = np.exp(-0.05 / 0.2)
+    for k, name in enumerate(commands):
+        for lane, state in enumerate(np.array(found[19 + k])):
+            first = starts[lane] - preroll[lane]
+            expected = 0.0 if idle[lane] else commands[name][first]
+            for row in range(first, starts[lane]):
+                expected = commands[name][row] + (expected - commands[name][row]) * left
+            assert state == pytest.approx(expected, abs=1e-12)
+
+
+def test_first_shots_wait_for_their_actuators_or_have_them_at_rest():
+    t = 0.1 * np.arange(200)
+    data = {"t": t, "psi": np.sin(t), "n": t}
+    told = {"columns": {"heading": "psi"}, "commands": {"port": "n"}, "segment_s": 4}
+    cut = {}
+    for origin in ("commands", "rest", "unknown"):
+        plan = load_plan({**told, "actuators_from": origin})
+        cut[origin] = cut_shots(read_record(data, plan), plan, 6.0)[0]
+    assert cut["commands"].starts.tolist() == cut["rest"].starts.tolist() == [0, 40, 80, 120]
+    assert cut["commands"].preroll.tolist() == [0, 40, 60, 60]
+    assert not cut["commands"].idle.any()
+    assert cut["rest"].idle.tolist() == [True, True, False, False]
+    assert (cut["unknown"].starts.tolist(), cut["unknown"].preroll.tolist()) == ([60, 100, 140], [60, 60, 60])
+    assert not cut["unknown"].idle.any()
+    plan = load_plan({**told, "actuators_from": "unknown"})
+    with pytest.raises(
+        InputError, match=r"shorter than segment_s 4 and the 17 s before it in which actuators settle; "
+    ):
+        cut_shots(read_record(data, plan), plan, 17.0)
+    plan = load_plan({**told, "preroll_s": 1e6})
+    with pytest.raises(InputError, match=r"preroll_s: 1e\+06 s is longer than the record, 20 s; leave it out"):
+        cut_shots(read_record(data, plan), plan, 1e6)
+
+
+def test_a_fit_is_made_again_where_actuators_are_slower_than_its_prior():
+    """A time constant of 0.2 s takes 1.8 s to a ten-thousandth, and 2.3 s to the hundred-thousandth that is asked."""
+    model, told = pl.Vehicle.from_dict(BOAT).model, {"columns": {"heading": "psi"}, "commands": {}}
+    plan = load_plan(told)
+    assert longer_preroll(plan, 1.9, model, 100.0) is None
+    assert longer_preroll(plan, 1.7, model, 100.0) == 3.0
+    assert longer_preroll(plan, 1.7, model, 5.0) == 3.0
+    assert longer_preroll(load_plan({**told, "preroll_s": 1.7}), 1.7, model, 100.0) is None
+    unknown = load_plan({**told, "actuators_from": "unknown"})
+    assert longer_preroll(unknown, 1.7, model, 6.1) == 3.0
+    assert longer_preroll(unknown, 1.7, model, 5.9) is None
 
 
 def family_of(vehicle: dict, keys: dict):
@@ -216,7 +294,8 @@ def test_water_of_a_scenario_and_what_it_leaves_out():
         "waves": [{"type": "regular", "height_m": 0.3, "period_s": 4}], "wind": {"speed_mps": 5},
     }  # fmt: skip
     water = water_of(scenario_of(BOAT, 0.0, ocean=ocean))
-    assert water.outside == pytest.approx({"current.north": 0.5 * np.cos(np.pi / 6), "current.east": 0.25})
+    assert water.outside() == pytest.approx({"current.north": 0.5 * np.cos(np.pi / 6), "current.east": 0.25})
+    assert water.outside(in_air=True) == {}
     assert water.depth == 12
     model = pl.Vehicle.from_dict(BOAT).model
     (text,) = doubts_of_water(water, model)
@@ -259,7 +338,7 @@ def test_a_vehicle_on_the_wrong_side_of_the_surface_is_refused(vehicle, depths, 
 
 
 def test_actuators_have_as_long_as_they_take():
-    """The glider's ballast 5e-4 m^3 at 2.4e-5 m^3/s, its moving mass 0.1 m at 0.005 m/s, its rudder 11.5 times 0.3 s."""
+    """The glider's ballast 5e-4 m^3 at 2.4e-5 m^3/s, its moving mass 0.1 m at 0.005 m/s, rudder 11.5 times 0.3 s."""
     model, plan = pl.Vehicle.from_catalogue("glider").model, load_plan({"columns": {"heading": "psi"}, "commands": {}})
     found = settling_s(model)
     assert found["moving_mass"] == pytest.approx(20.0)
