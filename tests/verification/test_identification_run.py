@@ -183,7 +183,7 @@ def test_a_recording_that_begins_within_a_run_has_actuators_that_are_not_known(t
     assert plan.actuators_from == "unknown"
     score, _, shots = open_loop(boat({**TRUE, "lag": 0.1}), read_record(tmp_path / "run.mcap", plan), plan)
     assert shots.starts[0] == 60  # 3 s
-    assert max(score.rms.values()) < 1e-6
+    assert max(score.rms.values()) < 2e-5  # the first step's middle: h^3/2 of 1 m/s^3 times 0.3 rad/s
     for key, found in (("unknown", "unknown"), ("commands", "commands")):
         asked = load_plan({"actuators_from": key}, recording=tmp_path / "run.mcap", agent="usv0")
         assert asked.actuators_from == found

@@ -261,8 +261,8 @@ class Shooter:
         dr.make_opaque(own, down, mine)
         for _ in range(longest):
             held = dr.select(before > mine, jit.Float64(1.0), 0.0)  # until a shot's own preroll begins
+            dr.schedule(held)  # for the kernel of the next line
             given = [held, *self._given(at - before)]
-            dr.eval(held)
             for _ in range(self.substeps):
                 own, down = self._one(self._follow, own, down, numbers, slopes, given)
             before = before - 1
