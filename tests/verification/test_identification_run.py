@@ -287,7 +287,7 @@ def test_substeps_are_doubled_until_their_error_is_small():
         "segment_s": 8, "bootstrap": 0, "integrator": "conservative", "train": 1,
         "parameters": {"N_rdot": {"path": "added_mass.diagonal.5"}},
     })  # fmt: skip
-    with pytest.warns(PelagosWarning, match="nothing is left unseen .* train 1 of 4 shots leaves none"):
+    with pytest.warns(PelagosWarning, match="nothing is left unseen .* train 1 of 5 shots leaves none"):
         made = fit(boat(TRUE), read_record(independent(40.0, noise=30.0), plan), plan)
     (e,) = made.estimates
     assert made.substeps == 16  # with 8 it was a little more than a tenth

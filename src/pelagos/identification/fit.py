@@ -17,6 +17,7 @@ from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
 from pelagos.identification.coordinates import COORDINATES, STILL
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
+from pelagos.identification.excitation import excited
 from pelagos.identification.parameters import CURRENT, OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
 from pelagos.identification.preroll import doubts_of_preroll, longer_preroll, preroll_of
@@ -37,9 +38,7 @@ from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
-_AGAIN: Final = 2  # fits at most, for the preroll of lags that were found
-_RESEMBLANCE: Final = 0.4
-"""Correlation that a motion has with itself a smoothing length later, and noise has not."""
+_TURNS: Final = 3  # fits at most, for the preroll of lags that were found
 
 
 @dataclass(frozen=True)
@@ -179,32 +178,53 @@ def fit(
     depth_told(record, family.model)
     doubtful = _doubted_before(record, family.model, water)
     shooter = shooter_of(family, record, water)
-    preroll_s = preroll_of(plan, family.model)
-    all_shots, _ = cut_shots(record, plan, preroll_s)
-    shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
-    problem, shots, rest = _posed(family, shooter, record, plan, preroll_s)
-    found, sure, shift = _searched(problem, shots, tell)
-    length_s = max(b for _, b in record.runs) * record.step_s
-    for _ in range(_AGAIN):
-        longer = longer_preroll(plan, preroll_s, family.model_at(found.at), length_s)
-        if longer is None:
-            break
-        preroll_s = longer
-        tell(f"again, with {preroll_s:.3g} s before each shot")
-        problem, shots, rest = _posed(family, shooter, record, plan, preroll_s)
-        found, sure, shift = _searched(problem, shots, tell, found.at)
-    estimates = tuple(_estimate(p, k, found, sure, shift) for k, p in enumerate(parameters))
+    end = _solved(family, shooter, record, plan, tell)
+    problem, found, shots, rest = end.problem, end.found, end.shots, end.rest
+    estimates = tuple(_estimate(p, k, found, end.sure, end.shift) for k, p in enumerate(parameters))
     _narrowed(estimates)
     train = score(shooter, family, found.at, record, shots)
-    all_shots, _ = cut_shots(record, plan, preroll_s)
+    all_shots, _ = cut_shots(record, plan, end.preroll_s)
     test = score(shooter, family, found.at, record, rest) if len(rest) else None
     before = score(shooter, family, problem.prior, record, rest if len(rest) else shots)
     seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
     made = Fit(
-        estimates, sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record, plan,
-        (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
+        estimates, end.sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record,
+        plan, (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
     )  # fmt: skip
-    return _doubted(made, doubtful, doubts_of_preroll(preroll_s, family.model_at(found.at)))
+    return _doubted(made, doubtful, doubts_of_preroll(end.preroll_s, family.model_at(found.at)))
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """End of a search, its certainty and shift by the steps `(p,)`, and the problem: its shots, and those for the test,
+    which begin after so long a preroll.
+    """
+
+    found: Found
+    sure: Certainty
+    shift: NDArray[np.float64]
+    problem: Problem
+    shots: Shots
+    rest: Shots
+    preroll_s: float
+
+
+def _solved(family: Family, shooter: Shooter, record: Record, plan: Plan, tell: Callable[[str], None]) -> _Solved:
+    """A fit, made again where actuators turn out too slow for the preroll that their priors asked for."""
+    preroll_s = preroll_of(plan, family.model)
+    length_s = max(b for _, b in record.runs) * record.step_s
+    all_shots, _ = cut_shots(record, plan, preroll_s)
+    shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
+    at = None
+    for turn in range(_TURNS):
+        problem, shots, rest = _posed(family, shooter, record, plan, preroll_s)
+        found, sure, shift = _searched(problem, shots, tell, at)
+        longer = longer_preroll(plan, preroll_s, family.model_at(found.at), length_s)
+        if longer is None or turn == _TURNS - 1:
+            break
+        preroll_s, at = longer, found.at
+        tell(f"again, with {preroll_s:.3g} s before each shot")
+    return _Solved(found, sure, shift, problem, shots, rest, preroll_s)
 
 
 def _posed(
@@ -216,7 +236,7 @@ def _posed(
     names = plan.fit_to or tuple(n for n in COORDINATES if n in plan.columns)
     free = free_coordinates([*names, *plan.continuity])
     shots = _some(all_shots, slice(0, count))
-    _excited(record, plan, all_shots)
+    excited(record, plan, all_shots)
     wanted = target(record, shots, names).once(joined[:count])
     hidden = hidden_coordinates(record, shooter, family, shots, wanted)
     problem = Problem(family, shooter, wanted, joined[:count], plan, free, hidden)
@@ -344,30 +364,6 @@ def _some(shots: Shots, which: slice) -> Shots:
         shots, starts=shots.starts[which], preroll=shots.preroll[which], position=shots.position[which],
         attitude=shots.attitude[which], nu=shots.nu[which], idle=shots.idle[which],
     )  # fmt: skip
-
-
-def _excited(record: Record, plan: Plan, shots: Shots) -> None:
-    """Refuse a record in which nothing happens."""
-    rows = (shots.starts[:, None] + np.arange(shots.steps)).ravel()
-    commanded = any(np.ptp(c[rows]) > 0 for c in record.commands.values())
-    moves = [n for n in COORDINATES[6:] if (x := record.values(n)) is not None and np.nanstd(x[rows]) > 0]
-    if not moves or (record.commands and not commanded and not _swings(record, plan)):
-        raise InputError(
-            "too little excitation: no command changes and no velocity differs from its mean in the rows that are used"
-        )
-
-
-def _swings(record: Record, plan: Plan) -> bool:
-    """Whether a motion without commands is more than noise: it resembles itself beyond the smoothing of slopes."""
-    lag = max(2, round(1.5 * plan.smooth_s / record.step_s))
-    for name in COORDINATES[6:]:
-        x = record.values(name)
-        for a, b in record.runs if x is not None else ():
-            y = x[a:b] - np.nanmean(x[a:b]) if x is not None else np.zeros(0)
-            power = float(np.nanmean(y * y)) if len(y) > 10 * lag else 0.0
-            if power > 0 and abs(float(np.nanmean(y[lag:] * y[:-lag]))) > _RESEMBLANCE * power:
-                return True
-    return False
 
 
 def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty, shift: NDArray[np.float64]) -> Estimate:

@@ -169,7 +169,9 @@ class Shooter:
             slopes = [jit.Float64(np.tile(row, s)) for row in padded]
         dr.make_opaque(numbers, x, dx, slopes, at)
         x, dx = self._roll_actuators(shots, x, dx, numbers, slopes, at, directions)
-        x, dx = self._under_way(shots, advance, x, dx, numbers, slopes, at, directions)
+        if self._foresees:
+            begins = np.repeat(shots.idle & (shots.preroll == 0), directions)
+            x, dx = self._under_way(advance, begins, self._given(at), x, dx, numbers, slopes)
         rows: list[list[Array]] = []
         row = at
         for k in range(shots.steps + 1):  # nothing waits for a result before the end
@@ -228,16 +230,14 @@ class Shooter:
         return np.concatenate([shots.position.T, shots.attitude.T, shots.nu.T, still])
 
     def _under_way(
-        self, shots: Shots, advance: Any, x: Any, dx: Any, numbers: Any, slopes: Any, at: Array, directions: int
+        self, advance: Any, begins: NDArray[np.bool_], given: list[Array], x: Any, dx: Any, numbers: Any, slopes: Any
     ) -> tuple[Any, Any]:
         """Give each shot the acceleration of a step before its first, by which the conservative integrator foresees the
-        velocity in the middle of the first: that of the first step itself, and 0 at the beginning of a run, as there.
+        velocity in the middle of the first: that of the first step itself, and 0 where a run begins, as there.
         """
-        if not self._foresees:
-            return x, dx
-        moving = jit.Float64(np.repeat(~(shots.idle & (shots.preroll == 0)), directions).astype(np.float64))
+        moving = jit.Float64((~begins).astype(np.float64))
         dr.make_opaque(moving)
-        y, dy = self._one(advance, x, dx, numbers, slopes, self._given(at))
+        y, dy = self._one(advance, x, dx, numbers, slopes, given)
         gone = slice(_PLACE, _MOTION)
         found = [*x[:_PLACE], *(moving * a for a in y[gone]), *x[_MOTION:]]
         slope = [*dx[:_PLACE], *(moving * a for a in dy[gone]), *dx[_MOTION:]] if dx else dx
