@@ -297,7 +297,7 @@ def test_numbers_that_say_that_a_beam_is_lost_are_named_and_left_out(flag, speed
     lost = np.random.default_rng(1).random(beams.shape) < [0.1, 0.0, 0.03, 0.0]
     lost[40:60] = True
     flagged = np.where(lost, flag, beams)
-    said = f"{flag:g} is taken for the sign of a lost beam: beam 1 in {lost[:, 0].sum()} pings, beam 2 in 20 pings, "
+    said = f"{flag:g} is taken for the mark of a lost beam: beam 1 in {lost[:, 0].sum()} pings, beam 2 in 20 pings, "
     with pytest.warns(PelagosWarning, match="^" + re.escape(said)):
         found = fit_beams(list(flagged.T))
     assert found.lost == pytest.approx(lost.mean(axis=0))

@@ -348,11 +348,14 @@ def test_actuators_have_as_long_as_they_take():
     assert preroll_of(plan, pl.Vehicle.from_dict(BOAT).model) == 3.0  # its thrusters take 11.5 times 0.2 s
     short = plan.model_copy(update={"preroll_s": 10.0})
     assert preroll_of(short, model) == 10.0
-    (text,) = doubts_of_preroll(10.0, model)
+    (text,) = doubts_of_preroll(short, 10.0, model)
     assert text.startswith(
         "buoyancy_engine, moving_mass: up to 20.8 s from a command to within a thousandth of it, longer than the 10 s"
     )
-    assert doubts_of_preroll(preroll_of(plan, model), model) == ()
+    assert text.endswith("so that shots begin in another state: give more")
+    (text,) = doubts_of_preroll(plan, 10.0, model)
+    assert text.endswith("record for longer, or give actuators_from: rest or commands")
+    assert doubts_of_preroll(plan, preroll_of(plan, model), model) == ()
 
 
 def test_coefficients_that_a_term_keeps_as_configured_are_parameters():

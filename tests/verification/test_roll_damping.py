@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from pelagos.errors import PelagosError
+from pelagos.errors import InputError, PelagosError
 from pelagos.hydro.roll_damping import RollForm, roll_components, roll_damping, roll_lift
+from pelagos.vehicles.terms.roll_damping import _check
 from pelagos.vehicles.vehicle import Vehicle
 
 BEAM, DRAUGHT = 50.0, 12.5
@@ -81,3 +82,12 @@ def test_a_tanker_slows_its_roll_by_it(rate):
 def test_forms_beyond_the_formula_are_refused(vehicle, words):
     with pytest.raises(PelagosError, match=words):
         Vehicle.from_dict(vehicle)
+
+
+def test_a_number_at_its_limit_is_within() -> None:
+    """0.58 / 58 is 0.01 but for a digit, below or above, and so are -1.5 and 0.06."""
+    deep = (("deep", -1.5, -1.5, 0.2), ("deeper", np.nextafter(-1.5, -2), -1.5, 0.2))
+    _check((*deep, ("narrow", 0.58 / 58, 0.01, 0.06), ("broad", np.nextafter(0.06, 1), 0.01, 0.06)), "made", "else")
+    for value in (-1.5001, 0.2001):
+        with pytest.raises(InputError, match=f"is {value:.3g}; made for -1.5 to 0.2: else"):
+            _check((("deep", value, -1.5, 0.2),), "made", "else")

@@ -20,7 +20,10 @@ from pelagos.math.constants import GRAVITY
 
 if TYPE_CHECKING:
     from pelagos.identification.noise import SensorNoise
-    from pelagos.identification.noise_keys import Key, Reading
+    from pelagos.identification.noise_keys import KeyLine, NoisyQuantity
+
+_FELT: Final = 0.05 * GRAVITY  # [m/s^2]; less is of records that had gravity taken off
+_ASTRAY: Final = 0.05  # of gravity: more than offsets and the latitude make
 
 
 class TimeUnit(StrEnum):
@@ -83,14 +86,14 @@ def fit_noise(
     factor = reading.factor(unit) if reading else 1.0
     rate, found = _fitted(data, names, time, time_unit, factor)
     if reading and reading.prefix == "accelerometer_":
-        _weigh(list(found.values()), data)
+        _warn_of_gravity(list(found.values()), data)
     if as_json:
         console.print_json(json.dumps(_as_data(rate, found, reading)))
     else:
         _show(rate, found, reading)
 
 
-def _show(rate: float, found: dict[str, SensorNoise], reading: Reading | None) -> None:
+def _show(rate: float, found: dict[str, SensorNoise], reading: NoisyQuantity | None) -> None:
     samples = next(iter(found.values())).samples
     console.print(f"{samples} samples, {rate:.6g} a second: {samples / rate:.4g} s", markup=False)
     x = reading.unit if reading else "x"
@@ -112,7 +115,7 @@ def _show(rate: float, found: dict[str, SensorNoise], reading: Reading | None) -
     _print_keys(found, reading)
 
 
-def _reading(prefix: str, sensor: str, unit: str) -> Reading | None:
+def _reading(prefix: str, sensor: str, unit: str) -> NoisyQuantity | None:
     """Whose keys are asked for; None where nothing says it."""
     from pelagos.identification.noise_keys import reading_of
 
@@ -153,12 +156,12 @@ def _table(data: Path, names: list[str]) -> Any:
     return read_table(data, names)
 
 
-def _weigh(axes: list[SensorNoise], data: Path) -> None:
+def _warn_of_gravity(axes: list[SensorNoise], data: Path) -> None:
     """Warn of three accelerometers at rest that do not feel gravity as it is."""
     if len(axes) != 3:
         return
     felt = sum(n.mean**2 for n in axes) ** 0.5
-    if felt > 0.05 * GRAVITY and abs(felt / GRAVITY - 1) > 0.05:
+    if felt > _FELT and abs(felt / GRAVITY - 1) > _ASTRAY:
         warnings.warn(
             f"{data}: the means of three accelerometers make {felt:.4g} m/s^2 together, and gravity is {GRAVITY:g}: "
             "say --unit g or mg, if that is theirs",
@@ -167,7 +170,7 @@ def _weigh(axes: list[SensorNoise], data: Path) -> None:
         )
 
 
-def _as_data(rate: float, found: dict[str, SensorNoise], reading: Reading | None) -> dict[str, Any]:
+def _as_data(rate: float, found: dict[str, SensorNoise], reading: NoisyQuantity | None) -> dict[str, Any]:
     axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
     seen = {n: {k: getattr(v, k).visible for k in _TERMS} for n, v in found.items()}
     made: dict[str, Any] = {"rate_hz": rate, "axes": axes, "seen": seen}
@@ -180,12 +183,12 @@ def _as_data(rate: float, found: dict[str, SensorNoise], reading: Reading | None
     return {**made, "sensor": reading.sensor, **_keys_as_data(keys_at_rest(found, reading))}
 
 
-def _keys_as_data(keys: list[Key]) -> dict[str, Any]:
+def _keys_as_data(keys: list[KeyLine]) -> dict[str, Any]:
     told = [k for k in keys if k.key and k.value is not None]
     return {"keys": {k.key: k.value for k in told}, "units": {k.key: k.unit for k in told}}
 
 
-def _print_keys(found: dict[str, SensorNoise], reading: Reading | None) -> None:
+def _print_keys(found: dict[str, SensorNoise], reading: NoisyQuantity | None) -> None:
     if reading is None:
         console.print(
             "x: the unit of the columns. For keys of a simulated sensor say --prefix gyroscope_ or accelerometer_, or "
@@ -199,7 +202,7 @@ def _print_keys(found: dict[str, SensorNoise], reading: Reading | None) -> None:
     console.print("# a mean has no key: *bias_std is its spread from run to run", markup=False)
 
 
-def _print_yaml(sensor: str, keys: list[Key]) -> None:
+def _print_yaml(sensor: str, keys: list[KeyLine]) -> None:
     """Lines to put under a sensor of a scenario."""
     console.print(f"# of a sensor with type: {sensor}", *(k.line for k in keys), sep="\n", markup=False)
 

@@ -37,7 +37,7 @@ def scenario_error(error: ValidationError, document: Document, root: type[BaseMo
         if line["type"] in _SHAPES and any(len(p) > len(path) and p[: len(path)] == path for p in paths):
             continue  # another form of a value whose own form has its faults named further in
         if line["type"] == "literal_error" and isinstance(line["input"], Mapping) and paths.count(path) > 1:
-            continue  # nor a word, where a mapping has its fault as a whole
+            continue  # a mapping was given: its own fault is told, not that it is none of the words
         if line["type"] == "missing" and isinstance(path[-1], int):  # of a list of fixed length
             found[path[:-1]] = [_too_few(path[:-1], document, root)]
             continue

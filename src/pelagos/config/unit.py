@@ -50,7 +50,7 @@ FACTORS: Final = {
 
 
 _MISREAD: Final = ("mHz",)
-"""What is another unit in small letters."""
+"""Spellings whose small letters are another unit: mHz is not MHz."""
 
 
 def unit_of(key: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, Protocol, Union, get_args, get_origin, runtime_checkable
 
 from pydantic import BaseModel
 
@@ -35,6 +35,14 @@ def data_path(data: Any, loc: Sequence[str | int], *, missing: bool = False) -> 
     return tuple(path)
 
 
+@runtime_checkable
+class Overlay(Protocol):
+    """A model of changes to a catalogue's entry."""
+
+    def with_catalogue(self, data: Any) -> Any:
+        """Data that the model checks: the changes laid over their entry; other data as they are."""
+
+
 def value_at(data: Any, path: Key) -> Any:
     """The value at a path; None where there is none."""
     for part in path:
@@ -56,11 +64,11 @@ def model_at(root: type[BaseModel], data: Any, path: Key) -> type[BaseModel] | N
 
 
 def _followed(root: type[BaseModel], data: Any, path: Key) -> tuple[Any, Any]:
-    """Annotation and data at `path`, changes to a catalogue's entry with what they change (`whole` of its model)."""
+    """Annotation and data at `path`; changes to a catalogue's entry are laid over it, see `Overlay`."""
     annotation: Any = root
     for part in path:
-        whole = getattr(model_of(annotation, data), "whole", None)
-        data = data if whole is None else whole(data)
+        model = model_of(annotation, data)
+        data = model.with_catalogue(data) if isinstance(model, Overlay) else data
         annotation = _child(annotation, data, part)
         data = value_at(data, (part,))
     return annotation, data

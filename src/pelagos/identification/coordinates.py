@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 COORDINATES: Final = ("north", "east", "depth", "roll", "pitch", "heading", "u", "v", "w", "p", "q", "r")
 """Position NED [m], Euler angles zyx [rad], velocity over ground in body axes FRD [m/s], [rad/s]."""
 UNITS: Final = ("m", "m", "m", "rad", "rad", "rad", "m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
@@ -22,6 +25,14 @@ STILL: Final = 1e-9
 START_SPREAD: Final = dict(zip(COORDINATES, (1.0, 1.0, 1.0, 0.1, 0.1, 1.0, 0.3, 0.3, 0.3, 0.1, 0.1, 0.1), strict=True))
 """Standard deviation, at the beginning of a shot, of coordinates that were not measured: wide for a vehicle that floats
 or hovers upright. A plan may say others."""
+
+
+_NORMAL: Final = 1.4826  # standard deviations of normal noise in its median size
+
+
+def normal_size(differences: NDArray[np.float64]) -> float:
+    """Standard deviation of normal noise with the median size of `differences` `(n,)`, about 0."""
+    return _NORMAL * float(np.median(np.abs(differences)))
 
 
 def number(name: str) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pelagos.identification.coordinates import COORDINATES, STILL, UNITS, number
+from pelagos.identification.coordinates import STILL, UNITS, normal_size, number
 from pelagos.identification.record import Record
 from pelagos.identification.steps import DOUBTED
 from pelagos.identification.water import Water
@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 
 _DIGITS = 3  # of R2, as printed
 _LEVEL = ("depth", "roll", "pitch", "w", "p", "q")  # 0 of a vehicle of three degrees of freedom
-_NORMAL = 1.4826  # standard deviations of normal noise in its median size
 _FAR = 3.0  # of the sizes of residuals, as `sigma` says and as they are
 
 
 def doubts_of_record(record: Record) -> tuple[str, ...]:
-    """Columns that jump, and those that do not change."""
+    """Columns that jump, as the record says, and columns that do not change."""
     still = []
     for name, values in record.measured.items():
         used = np.concatenate([values[a:b] for a, b in record.runs])
@@ -38,9 +37,9 @@ def doubts_of_record(record: Record) -> tuple[str, ...]:
 
 
 def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
-    """Doubts of the record, actuators that it says nothing of, and commands that they do not follow."""
+    """Actuators that a record says nothing of, and commands that they do not follow."""
     silent = [name for name in model.actuators if name not in record.commands]
-    found = [*doubts_of_record(record)]
+    found = []
     if silent:
         found.append(f"no commands of {', '.join(silent)}: taken for 0 throughout; name their columns under commands")
     for name, given in record.commands.items():
@@ -104,10 +103,9 @@ def doubts_of_fit(made: Fit) -> tuple[str, ...]:
 def _contradicted(made: Fit) -> Iterator[str]:
     """A given `sigma` that is not the size of what the fit leaves."""
     given = made.plan.sigma
-    names = made.plan.fit_to or tuple(n for n in COORDINATES if n in made.plan.columns)
-    for k, name in enumerate(names if given else ()):
-        off = np.abs(made.found.differences[:, k])
-        size = _NORMAL * float(np.median(off[np.isfinite(off)]))
+    for k, name in enumerate(made.plan.fitted if given else ()):
+        off = made.found.differences[:, k]
+        size = normal_size(off[np.isfinite(off)])
         if name in given and not 1 / _FAR < size / given[name] < _FAR:
             unit = UNITS[number(name)]
             what = "intervals are too narrow" if size > given[name] else "intervals are too wide"

@@ -16,7 +16,7 @@ _RESEMBLANCE: Final = 0.4
 """Correlation that a motion has with itself a smoothing length later, and noise has not."""
 
 
-def excited(record: Record, plan: Plan, shots: Shots) -> None:
+def refuse_unexcited(record: Record, plan: Plan, shots: Shots) -> None:
     """Refuse a record in which nothing happens.
 
     Raises:

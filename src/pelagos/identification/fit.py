@@ -16,9 +16,9 @@ from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
 from pelagos.identification.coordinates import COORDINATES, STILL
-from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_water
-from pelagos.identification.excitation import excited
-from pelagos.identification.parameters import CURRENT, OUTSIDE, Family, Parameter, changed, listed, parameters_of
+from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_record, doubts_of_water
+from pelagos.identification.excitation import refuse_unexcited
+from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
 from pelagos.identification.preroll import doubts_of_preroll, longer_preroll, preroll_of
 from pelagos.identification.problem import (
@@ -191,7 +191,7 @@ def fit(
         estimates, end.sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record,
         plan, (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
     )  # fmt: skip
-    return _doubted(made, doubtful, doubts_of_preroll(end.preroll_s, family.model_at(found.at)))
+    return _doubted(made, doubtful, doubts_of_preroll(plan, end.preroll_s, family.model_at(found.at)))
 
 
 @dataclass(frozen=True)
@@ -233,11 +233,10 @@ def _posed(
     """The problem of a fit, and the shots that are fitted and those that are left for the test."""
     all_shots, joined = cut_shots(record, plan, preroll_s)
     count = max(1, round(plan.train * len(all_shots)))
-    names = plan.fit_to or tuple(n for n in COORDINATES if n in plan.columns)
-    free = free_coordinates([*names, *plan.continuity])
+    free = free_coordinates([*plan.fitted, *plan.continuity])
     shots = _some(all_shots, slice(0, count))
-    excited(record, plan, all_shots)
-    wanted = target(record, shots, names).once(joined[:count])
+    refuse_unexcited(record, plan, all_shots)
+    wanted = target(record, shots, plan.fitted).once(joined[:count])
     hidden = hidden_coordinates(record, shooter, family, shots, wanted)
     problem = Problem(family, shooter, wanted, joined[:count], plan, free, hidden)
     return problem, shots, _some(all_shots, slice(count, None))
@@ -278,7 +277,12 @@ def _narrowed(estimates: tuple[Estimate, ...]) -> None:
 
 
 def _doubted_before(record: Record, model: Model, water: Water) -> tuple[str, ...]:
-    found = (*doubts_of_commands(record, model), *doubts_of_water(water, model), *doubts_of_vary(water))
+    found = (
+        *doubts_of_record(record),
+        *doubts_of_commands(record, model),
+        *doubts_of_water(water, model),
+        *doubts_of_vary(water),
+    )
     for text in found:
         warnings.warn(text, PelagosWarning, stacklevel=3)
     return found
@@ -338,8 +342,9 @@ def shooter_of(family: Family, record: Record, water: Water | None = None) -> Sh
     """Plays a family's shots with a record's commands."""
     start = [p.coordinate(p.prior) for p in family.parameters]
     vehicle = Vehicle(family.config_at(start))
-    flows = any(path in CURRENT for p in family.parameters for path in p.paths) or any(map(family.outside.get, CURRENT))
-    return Shooter(vehicle, family.model, family.places, record.commands, record.step_s, water=water, flows=flows)
+    return Shooter(
+        vehicle, family.model, family.places, record.commands, record.step_s, water=water, flows=family.flows
+    )
 
 
 def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Record, shots: Shots) -> Score:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from pelagos.errors import InputError, PelagosWarning
-from pelagos.identification.coordinates import PLAUSIBLE
+from pelagos.identification.coordinates import PLAUSIBLE, normal_size
 from pelagos.sensors.noise import FLOOR
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ class BeamNoise:
 
     Attributes:
         noise_mps: at rest [m/s]; noise_relative: in parts of the speed along the beam; 0 where the record shows none.
-        most_mps, most_relative: what they may be at most, 3 standard deviations above what was found.
+        most_mps, most_relative: the largest that the joint fit allows, its variances plus 3 standard deviations.
         speed_mps: root mean square along the beams [m/s].
         lost: share of pings without it, by beam `(4,)`; pings: with all four.
     """
@@ -245,7 +245,7 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     """
     if len(beams) != 4 or len({len(b) for b in beams}) != 1:
         raise InputError(f"give four beams with as many pings each, not {[len(b) for b in beams]}")
-    table = _without_flags(np.stack([np.asarray(b, dtype=np.float64) for b in beams], axis=-1))
+    table = _without_lost_marks(np.stack([np.asarray(b, dtype=np.float64) for b in beams], axis=-1))
     heard = np.isfinite(table)
     whole = table[heard.all(axis=1)]
     if len(whole) < _FEWEST:
@@ -266,7 +266,7 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     basis = np.stack([np.full(len(whole), 4.0), (others**2).sum(axis=1) / 4], axis=-1)
     squares, unsure = _reweighted(basis, off)
     most = np.sqrt(squares + _CERTAIN * unsure)
-    for k in (1, 0):  # a log that hardly changes its speed shows neither: all is taken for noise at rest
+    for k in (1, 0):  # hardly changing its speed a log does not tell them apart: the relative one goes first
         if squares[k] < _CERTAIN * unsure[k]:
             squares = np.zeros(2)
             squares[1 - k] = _reweighted(basis[:, [1 - k]], off)[0][0]
@@ -292,7 +292,7 @@ def _reweighted(basis: Floats, off: Floats) -> tuple[Floats, Floats]:
     return squares / size, np.sqrt(2 * np.diag(np.linalg.pinv(weighted.T @ weighted))) / size
 
 
-def _without_flags(table: Floats) -> Floats:
+def _without_lost_marks(table: Floats) -> Floats:
     """Beams `(n, 4)`; NaN where they hold a number that means that they were lost.
 
     It is the largest or the least of all, far from all others, and there more than once or of the digits that
@@ -310,7 +310,7 @@ def _without_flags(table: Floats) -> Floats:
             noise = max(_size(left) if len(left) else 0.0, float(np.diff(rest).min()))
             if np.abs(rest - value).min() > max(_ALONE * float(np.ptp(rest)), _STRAY * noise):
                 places = ", ".join(f"beam {k + 1} in {n} pings" for k, n in enumerate(at.sum(axis=0)) if n)
-                text = f"{value:g} is taken for the sign of a lost beam: {places}; leave lost cells empty"
+                text = f"{value:g} is taken for the mark of a lost beam: {places}; leave lost cells empty"
                 warnings.warn(text, PelagosWarning, stacklevel=3)
                 table[at] = np.nan
                 break
@@ -321,7 +321,7 @@ def _without_flags(table: Floats) -> Floats:
 
 def _size(left: Floats) -> float:
     """Standard deviation of most of what is left."""
-    return 1.4826 * float(np.median(np.abs(left - np.median(left))))
+    return normal_size(left - np.median(left))
 
 
 def _refuse_zeros(whole: Floats, left: Floats) -> None:

@@ -18,7 +18,7 @@ from pelagos.identification.noise import BeamNoise, SensorNoise, keys_of
 
 _STANDARD_GRAVITY: Final = 9.80665  # [m/s^2], by definition: what data sheets call g
 _DEGREE: Final = math.pi / 180
-UNITS: Final[Mapping[str, Mapping[str, float]]] = {
+COLUMN_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "rad/s": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": _DEGREE, "deg/h": _DEGREE / 3600},
     "m/s^2": {"m/s^2": 1.0, "m/s2": 1.0, "g": _STANDARD_GRAVITY, "mg": 1e-3 * _STANDARD_GRAVITY},
     "T": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
@@ -33,7 +33,7 @@ _PER: Final = {_DENSITY: "/sqrt(Hz)", "bias_instability": "", "random_walk": "/s
 
 
 @dataclass(frozen=True)
-class Reading:
+class NoisyQuantity:
     """A reading of a sensor: type of the sensor, prefix of its keys, its unit, and the keys by term."""
 
     sensor: str
@@ -47,13 +47,13 @@ class Reading:
         Raises:
             LookupFailed: a reading of this kind has no such unit.
         """
-        known = UNITS.get(self.unit, {self.unit: 1.0})
+        known = COLUMN_UNITS.get(self.unit, {self.unit: 1.0})
         if unit and unit not in known:
             raise LookupFailed("unit", unit, known, where=f"{self.sensor} in {self.unit}")
         return known[unit] if unit else 1.0
 
 
-def reading_of(prefix: str, sensor: str = "") -> Reading:
+def reading_of(prefix: str, sensor: str = "") -> NoisyQuantity:
     """The reading whose noise has keys with a prefix, such as `gyroscope_` of the `imu`.
 
     Args:
@@ -79,7 +79,7 @@ def reading_of(prefix: str, sensor: str = "") -> Reading:
     return found[prefix]
 
 
-def _readings(sensor: str, config: type[BaseModel]) -> dict[str, Reading]:
+def _readings(sensor: str, config: type[BaseModel]) -> dict[str, NoisyQuantity]:
     """Readings of a sensor by the prefix of their keys."""
     found = {}
     for name in config.model_fields:
@@ -88,7 +88,7 @@ def _readings(sensor: str, config: type[BaseModel]) -> dict[str, Reading]:
         prefix, told = name.removesuffix(_DENSITY), descriptions(config).get(name, "")
         of = re.search(r"\[(.*)/sqrt\(Hz\)\]", told)
         keys = {term: key for term in _PER if (key := _key(config, prefix + term))}
-        found[prefix] = Reading(sensor, prefix, of[1] if of else "", keys)
+        found[prefix] = NoisyQuantity(sensor, prefix, of[1] if of else "", keys)
     return found
 
 
@@ -101,7 +101,7 @@ def _key(config: type[BaseModel], name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Key:
+class KeyLine:
     """A figure with the key that it goes to and its unit; `note` says what is to be known besides.
 
     Attributes:
@@ -123,21 +123,21 @@ class Key:
         return f"{self.key}: {self.value:.4g}  # [{self.unit}]" + (f" {self.note}" if self.note else "")
 
 
-def keys_at_rest(found: Mapping[str, SensorNoise], reading: Reading) -> list[Key]:
+def keys_at_rest(found: Mapping[str, SensorNoise], reading: NoisyQuantity) -> list[KeyLine]:
     """Keys of a sensor at rest, by its axes: root mean squares, 0 for what no axis shows."""
     made = []
     for term, value in keys_of(found, "").items():
         unit = reading.unit + _PER[term]
         key = reading.keys.get(term, "")
         if key:
-            made.append(Key(key, value, unit, "" if value else "not seen" if term != "resolution" else "none seen"))
+            made.append(KeyLine(key, value, unit, "" if value else "not seen" if term != "resolution" else "none seen"))
         elif value:
             told = f"{term.replace('_', ' ')} {value:.4g} [{unit}]: {reading.sensor} has no key for it"
-            made.append(Key("", None, unit, told))
+            made.append(KeyLine("", None, unit, told))
     return made
 
 
-def keys_of_beams(found: BeamNoise) -> list[Key]:
+def keys_of_beams(found: BeamNoise) -> list[KeyLine]:
     """Keys of a `dvl`; without a value where the record does not tell one."""
     made = []
     for key, value, most, unit in (
@@ -145,5 +145,5 @@ def keys_of_beams(found: BeamNoise) -> list[Key]:
         ("noise_relative", found.noise_relative, found.most_relative, "1"),
     ):
         note = f"not seen at {found.speed_mps:.2g} m/s along the beams, below {most:.2g} [{unit}]"
-        made.append(Key(key, value or None, unit, "" if value else note))
+        made.append(KeyLine(key, value or None, unit, "" if value else note))
     return made

@@ -108,7 +108,7 @@ def draw(made: Fit) -> bytes:
 def _draw_shots(made: Fit, where: Any) -> None:
     seen, shots = made.simulated
     h = made.record.step_s
-    fitted = made.plan.fit_to or tuple(made.plan.columns)
+    fitted = made.plan.fitted
     wanted = {*fitted, *(RATES[n] for n in fitted if n in RATES)}
     there = [n for n in COORDINATES[6:] if made.record.values(n) is not None]
     names = sorted(there, key=lambda n: n not in wanted)[:4]  # what was fitted comes first

@@ -216,6 +216,12 @@ class Family:
         self.model = self.model_at(start)
         self.places = self._find_places(start)
 
+    @property
+    def flows(self) -> bool:
+        """Whether there is a current, known or sought: without one no step has to carry it."""
+        sought = any(path in CURRENT for p in self.parameters for path in p.paths)
+        return sought or any(self.outside.get(path) for path in CURRENT)
+
     def values(self, at: Coordinates) -> list[float]:
         """Values of the parameters at coordinates of the search."""
         return [p.value(x) for p, x in zip(self.parameters, at, strict=True)]

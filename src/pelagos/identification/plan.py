@@ -169,8 +169,8 @@ class Plan(_Strict):
     long as the slowest actuator takes to within a hundred-thousandth of its command."""
     actuators_from: Literal["commands", "rest", "unknown"] = "commands"
     """States of the actuators at the record's first row: at their commands; at rest, in the state 0; or unknown, so
-    that shots begin after `preroll_s`. Of a recording of `pelagos run`, left out: rest if it begins with the run, else
-    unknown."""
+    that shots begin after `preroll_s`. Left out, of a recording of `pelagos run`: rest if it begins with the run, else
+    unknown; where the plan has columns and no commands, unknown."""
     train: Annotated[float, Field(gt=0, le=1)] = 0.7
     """Share of the shots that are fitted; the last ones are for the test."""
     fit_to: tuple[str, ...] = ()
@@ -203,6 +203,11 @@ class Plan(_Strict):
                 raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
         return value
 
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """Coordinates whose differences count, in the order of the columns of differences."""
+        return self.fit_to or tuple(n for n in COORDINATES if n in self.columns)
+
     @model_validator(mode="after")
     def _possible(self) -> Self:
         self._units_fit()
@@ -216,9 +221,8 @@ class Plan(_Strict):
             if name in self.fit_to[:k]:
                 raise ValueError(f"fit_to: {name} is named twice")
         for name in self.sigma:
-            if name not in (self.fit_to or self.columns):
-                fitted = ", ".join(self.fit_to or self.columns)
-                raise ValueError(f"sigma: {name} is not fitted, only {fitted}; leave it out")
+            if name not in self.fitted:
+                raise ValueError(f"sigma: {name} is not fitted, only {', '.join(self.fitted)}; leave it out")
         for key, given in (("start", self.start), ("start_spread", self.start_spread)):
             for name in given:
                 if name in self.columns:

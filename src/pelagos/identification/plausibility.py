@@ -91,7 +91,8 @@ def plausible(name: str, values: NDArray[np.float64], label: str, unit: str, whe
             hint = f"no number is beyond 2 pi, and they jump by {turn:.4g}: radians? Give unit: rad"
     elif most > limit:
         others = ", ".join(u for u in UNITS_OF[si] if UNIT_SCALES[u] < UNIT_SCALES[unit or si])
-        hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); wrong unit? Give unit: {others}"
+        cure = f"wrong unit? Give unit: {others}" if others else "a mark of lost rows? Name it in the plan (dropouts)"
+        hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); {cure}"
     if hint:
         raise InputError(f"{where}: column {label!r} as {name}: {hint}")
 
@@ -117,7 +118,7 @@ def steady(name: str, values: NDArray[np.float64], time: NDArray[np.float64], la
         unit = UNITS[COORDINATES.index(RATES[name])]
         likely = "deg" if name in ANGLES else "mm or cm"
         raise InputError(
-            f"{where}: column {label!r} as {name}: {100 * (speed > limit).mean():.0f} % of its rows change by more "
+            f"{where}: column {label!r} as {name}: {100 * len(fast) / len(speed):.0f} % of its rows change by more "
             f"than {limit:g} {unit}, which no vehicle does; wrong unit? Give unit: {likely}, or that of the time"
         )
 

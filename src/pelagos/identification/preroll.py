@@ -9,15 +9,16 @@ from pelagos.identification.plan import Plan
 from pelagos.vehicles.model import Model
 
 SHORTEST_S: Final = 3.0
-"""Where a plan says nothing [s]."""
+"""Least preroll where a plan gives none [s]."""
 _KEPT: Final = 1e-5
-"""Part of what an actuator was off that is left then: the recorded motion of a run, without noise, shows no more."""
+"""Part of what an actuator was off that is left when a shot begins: the recorded motion of a run, without noise, shows
+no more."""
 _REFITTED: Final = 1e-4
 """Part from which on a fit is made again with the lags that it found."""
 _DOUBTED: Final = 1e-3
 """Part from which on a preroll that was given is doubtful: noise hides less."""
 _MOST: Final = 0.5
-"""Of the record: a fit is not made again for more, where shots wait for it."""
+"""Share of the record: where shots wait for the preroll (`unknown`), no fit is made again with a longer one."""
 
 
 def settling_s(model: Model, left: float = _KEPT) -> dict[str, float]:
@@ -52,13 +53,13 @@ def longer_preroll(plan: Plan, preroll_s: float, model: Model, length_s: float) 
     return needed if slow and possible and needed > preroll_s else None
 
 
-def doubts_of_preroll(preroll_s: float, model: Model) -> tuple[str, ...]:
+def doubts_of_preroll(plan: Plan, preroll_s: float, model: Model) -> tuple[str, ...]:
     """Actuators that take longer to their commands than they are given."""
     slow = {name: t for name, t in settling_s(model, _DOUBTED).items() if t > preroll_s}
     if not slow:
         return ()
+    cure = "record for longer, or give actuators_from: rest or commands" if plan.preroll_s is None else "give more"
     return (
         f"{', '.join(slow)}: up to {max(slow.values()):.3g} s from a command to within a thousandth of it, longer than "
-        f"the {preroll_s:.3g} s before each shot (preroll_s), so that shots begin in another state: give more, or "
-        "leave it out and record for longer",
+        f"the {preroll_s:.3g} s before each shot (preroll_s), so that shots begin in another state: {cure}",
     )

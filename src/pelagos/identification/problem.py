@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError
-from pelagos.identification.coordinates import ANGLES, COORDINATES, START_SPREAD, number
+from pelagos.identification.coordinates import ANGLES, COORDINATES, START_SPREAD, normal_size, number
 from pelagos.identification.parameters import Family
 from pelagos.identification.plan import Plan
 from pelagos.identification.record import Record
@@ -214,11 +214,11 @@ class Problem:
         self.precision = np.array([p.spread**-2 for p in family.parameters])
 
     def sized(self, differences: NDArray[np.float64]) -> None:
-        """Set standard deviations: the plan's, or what the differences have (1.4826 times their median size)."""
+        """Set standard deviations: the plan's, or `normal_size` of the differences."""
         for k, name in enumerate(self.wanted.names):
             given = self.plan.sigma.get(name)
-            seen = np.abs(differences[:, k][np.isfinite(differences[:, k])])
-            self.sigma[k] = given or max(1.4826 * float(np.median(seen)), 1e-6)
+            off = differences[:, k]
+            self.sigma[k] = given or max(normal_size(off[np.isfinite(off)]), 1e-6)
 
     def loss(self, at: NDArray[np.float64], shots: Shots) -> tuple[float, NDArray[np.float64]]:
         """Half the weighted sum, and the differences `(steps + 1, c, s)`."""

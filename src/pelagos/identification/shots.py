@@ -97,7 +97,7 @@ class Shooter:
         self._kept = vehicle.sizes.kept
         self._actuators = len(vehicle.actuator_names)
         self._around = (water_of(None) if water is None else water).around(vehicle)
-        self._foresees = vehicle.config.integrator == "conservative"
+        self._conservative = vehicle.config.integrator == "conservative"
 
         def numbered(constants: Sequence[Array]) -> Model:
             found: Model = with_numbers(model, dict(zip(places, constants, strict=True)))
@@ -169,7 +169,7 @@ class Shooter:
             slopes = [jit.Float64(np.tile(row, s)) for row in padded]
         dr.make_opaque(numbers, x, dx, slopes, at)
         x, dx = self._roll_actuators(shots, x, dx, numbers, slopes, at, directions)
-        if self._foresees:
+        if self._conservative:
             begins = np.repeat(shots.idle & (shots.preroll == 0), directions)
             x, dx = self._under_way(advance, begins, self._given(at), x, dx, numbers, slopes)
         rows: list[list[Array]] = []

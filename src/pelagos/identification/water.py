@@ -36,8 +36,8 @@ _VARIED: Final = ("factors", "current")  # groups of keys of `vary`; others do n
 
 @jit.struct
 class Surroundings:
-    """ocean: at rest; tables: of the vehicle; depth of level ground and how far it is felt [m], `Float64` (1), or None
-    where nothing is to be felt.
+    """ocean: still, or in one uniform current; tables: of the vehicle; depth of level ground and how far it is felt
+    [m], `Float64` (1), or None where nothing is to be felt.
     """
 
     ocean: Ocean
@@ -50,7 +50,9 @@ class Surroundings:
         moving: dict[str, Any] = {"currents": [UniformCurrent(jit.Array3f64(north, -east, 0.0))]}
         if in_air:
             one, none = jit.Float64(1.0), jit.Float64(0.0)
-            moving = {"air": Wind(one, jit.Float64(north), jit.Float64(-east), none, none, 0, True)}
+            moving = {
+                "air": Wind(one, jit.Float64(north), jit.Float64(-east), shear=none, gusts=none, count=0, blows=True)
+            }
         kept = {f.name: getattr(self.ocean, f.name) for f in fields(Ocean)}
         return Surroundings(Ocean(**{**kept, **moving}), self.tables, self.depth, self.reach)
 
@@ -76,7 +78,7 @@ class Water:
     varied: tuple[str, ...] = ()
 
     def outside(self, *, in_air: bool = False) -> dict[str, float]:
-        """Values that are known beside the vehicle, by their paths in a plan; of the air none."""
+        """Values that are known beside the vehicle, by their paths in a plan; of the air, none."""
         if in_air:
             return {}
         return dict(zip(("current.north", "current.east"), self.current, strict=True))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +17,8 @@ from pelagos.manoeuvres.trial import Track, Trial
 from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.vehicle import Vehicle
 
-_RATE_HZ: Final = (100, 10)  # of those under water, small and with strong thrusters, and of those that float
+_RATE_UNDER_WATER_HZ: Final = 100  # small, with strong thrusters
+_RATE_AFLOAT_HZ: Final = 10
 _DEEP: Final = 10.0  # lengths: the surface is far from those that do not float
 _SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
 _WAY: Final = 20.0  # lengths of depth below
@@ -25,6 +27,18 @@ _SPANS: Final = 40  # looks at most
 _ROUNDED: Final = 1e-6  # deg: limits are kept in rad
 _MODE: Final = "each_actuator_of_the_trial"  # the control mode that is added for it
 _ROOM: Final = 400.0  # lengths of ground, either way, where its depth counts
+_TIME, _PLACE, _ATTITUDE, _VELOCITY, _RATES = 0, slice(1, 4), slice(4, 7), slice(7, 10), slice(10, 13)
+_COMMANDS: Final = 13  # and on: columns of a row
+_YAW_RATE: Final = 12
+
+
+@dataclass(frozen=True)
+class Moment:
+    """time [s]; yaw: heading from the first course [rad]; ahead: speed over the ground along the hull [m/s]."""
+
+    time: float
+    yaw: float
+    ahead: float
 
 
 class CalmRun:
@@ -41,7 +55,7 @@ class CalmRun:
         self.length = self.vehicle.config.length_m
         self.floats = bool(self.vehicle.config.body.stiffness.any())
         self.depth = None if held else self._checked(depth)
-        self.rate_hz = _RATE_HZ[self.floats]
+        self.rate_hz = _RATE_AFLOAT_HZ if self.floats else _RATE_UNDER_WATER_HZ
         start = {"position_m": [0, 0], "depth_m": 0.0 if self.floats else _DEEP * self.length}
         modes = {**(vehicle.get("modes") or {}), _MODE: {"type": "actuators"}}
         agent = {"vehicle": {**vehicle, "modes": modes}, "control": _MODE, "start": start}
@@ -75,10 +89,14 @@ class CalmRun:
         feels = self.floats and self.vehicle.model.feels_planes
         if feels and depth is None:
             raise InputError(f"{self.vehicle.name} feels the depth of its water here: give it (--depth)")
+        if depth is not None and not self.floats:
+            raise InputError(
+                f"--depth {depth:g}: {self.vehicle.name} is run {_DEEP:g} lengths under water; it is for what floats"
+            )
         if depth is not None and not feels:
             raise InputError(
-                f"--depth {depth:g}: nothing of {self.vehicle.name} depends on the depth of its water; kvlcc2 and "
-                "tanker have a variant for it, shallow, and other ships may have its terms (docs/vehicles.md)"
+                f"--depth {depth:g}: nothing of {self.vehicle.name} depends on the depth of its water; terms "
+                "of ships that do are in docs/vehicles.md"
             )
         return depth
 
@@ -117,6 +135,12 @@ class CalmRun:
         """Since the start."""
         return float(self.rows[-1][0])
 
+    @property
+    def now(self) -> Moment:
+        """The last row."""
+        row = self.rows[-1]
+        return Moment(float(row[_TIME]), float(row[_ATTITUDE][2]), float(row[_VELOCITY][0]))
+
     def go(self, seconds: float, *, until: Callable[[], bool] = lambda: False) -> bool:
         """Run, and whether `until` came true."""
         for _ in range(round(seconds * self.rate_hz)):
@@ -129,9 +153,11 @@ class CalmRun:
     def track(self) -> Track:
         """Everything so far."""
         table = np.array(self.rows)
-        attitude = table[:, 4:7].copy()
+        attitude = table[:, _ATTITUDE].copy()
         attitude[:, 2] = np.unwrap(attitude[:, 2])
-        return Track(table[:, 0], table[:, 1:4], attitude, table[:, 7:10], table[:, 10:13], table[:, 13:])
+        return Track(
+            table[:, _TIME], table[:, _PLACE], attitude, table[:, _VELOCITY], table[:, _RATES], table[:, _COMMANDS:]
+        )
 
     def full_helm(self) -> float:
         """35 deg, or as much as the rudder has [deg] (MSC.137(76), 5.1.2)."""
@@ -163,17 +189,22 @@ class CalmRun:
         beam, parts = self.vehicle.config.beam, self.vehicle.model.actuators.values()
         rudder = next((k for k, actuator in enumerate(parts) if isinstance(actuator, RUDDERS)), 0)
         return Trial(
-            name,
-            ordered if self.depth is None else f"{ordered} in {self.depth:g} m of water",
-            self.vehicle.name,
-            self.length,
-            beam,
-            self.track(),
-            measures,
-            np.array(switched),
+            name=name,
+            ordered=ordered if self.depth is None else f"{ordered} in {self.depth:g} m of water",
+            vehicle=self.vehicle.name,
+            length_m=self.length,
+            beam_m=beam,
+            track=self.track(),
+            measures=measures,
+            switched_s=np.array(switched),
             rudder=rudder,
             variant=self.vehicle.config.variant,
         )
+
+    def mean_yaw_rate(self, seconds: float) -> float:
+        """Yaw rate over the last seconds [deg/s]."""
+        last = max(1, round(seconds * self.rate_hz))
+        return float(np.degrees(np.mean([row[_YAW_RATE] for row in self.rows[-last:]])))
 
     def settled_rate(self, span_s: float) -> float:
         """Yaw rate [deg/s] once it no longer changes from one span to the next.
@@ -181,12 +212,11 @@ class CalmRun:
         Raises:
             InputError: it never settles.
         """
-        last = max(1, round(0.25 * span_s * self.rate_hz))
-        largest = max(abs(math.degrees(row[12])) for row in self.rows)
+        largest = max(abs(math.degrees(row[_YAW_RATE])) for row in self.rows)
         before = math.inf
         for _ in range(_SPANS):
             self.go(span_s)
-            now = float(np.degrees(np.mean([row[12] for row in self.rows[-last:]])))
+            now = self.mean_yaw_rate(0.25 * span_s)
             if abs(now - before) <= _SETTLED * max(largest, abs(now)):
                 return now
             before = now

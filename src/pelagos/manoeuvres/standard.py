@@ -19,9 +19,11 @@ from pelagos.vehicles.actuators.mmg import MmgShipConfig
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
-_RUN_UP_S: Final = (5.0, 60.0)  # under water nobody is at the helm: it pitches and turns later on
+_RUN_UP_S: Final = 60.0
+_RUN_UP_UNDER_WATER_S: Final = 5.0  # nobody is at the helm: it pitches and turns later on
 _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
 _STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
+_LAST: Final = 0.1  # share of a time that was given, over which its rate is the mean
 _SPAN: Final = 4.0  # lengths run between two looks at a rate that settles
 _TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
 
@@ -104,8 +106,7 @@ def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
             rates.append(run.settled_rate(_SPAN * run.length / speed))
         else:
             run.go(orders.seconds)
-            last = max(1, round(0.1 * orders.seconds * run.rate_hz))
-            rates.append(float(np.degrees(np.mean([row[12] for row in run.rows[-last:]]))))
+            rates.append(run.mean_yaw_rate(_LAST * orders.seconds))
     port, starboard = rates[: len(down)], rates[len(down) :][::-1]
     found = [
         Measure(f"yaw rate at {a:+g} deg of helm, sweep to port", rate, "deg/s")
@@ -131,20 +132,20 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     if orders.speed_m_s is None:
         for k, command in ahead:
             run.command[k] = command
-        run.go(orders.seconds or _RUN_UP_S[run.floats])
-    began = run.rows[-1].copy()
+        run.go(orders.seconds or (_RUN_UP_S if run.floats else _RUN_UP_UNDER_WATER_S))
+    began = run.now
     for k, command in low.items():
         run.command[k] = command
-    if not run.go(orders.seconds or 600.0, until=lambda: bool(run.rows[-1][7] <= 0)):
+    if not run.go(orders.seconds or 600.0, until=lambda: run.now.ahead <= 0):
         raise InputError("it did not come to a stop: run it longer (--seconds)")
-    end = run.rows[-1]
-    north, east = np.array([r[1:3] for r in run.rows if r[0] >= began[0]]).T
+    t = run.track()
+    north, east = t.position[t.time >= began.time, :2].T
     found = [
-        *stop_measures(north, east, heading_deg=math.degrees(began[6]), length_m=run.length),
-        Measure("stopping time", float(end[0] - began[0]), "s"),
-        Measure("speed before", float(began[7]), "m/s"),
+        *stop_measures(north, east, heading_deg=math.degrees(began.yaw), length_m=run.length),
+        Measure("stopping time", float(t.time[-1] - began.time), "s"),
+        Measure("speed before", began.ahead, "m/s"),
     ]
-    return run.done("stop", "full astern", found, [float(began[0])])
+    return run.done("stop", "full astern", found, [began.time])
 
 
 def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
@@ -204,7 +205,7 @@ def run_manoeuvre(vehicle: Mapping[str, Any], name: str, orders: Orders | None =
     Args:
         vehicle: as a scenario has it, such as {"type": "mariner"}.
         name: of `MANOEUVRES`.
-        orders: helm, angle, speed, time.
+        orders: helm, angle, speed, time, depth of the water.
 
     Raises:
         LookupFailed: no such manoeuvre.

@@ -131,10 +131,10 @@ class VehicleConfig(PartConfig):
         if variant is not None and variant not in known:
             hint = did_you_mean(variant, known)
             raise ValueError(f"variant {variant!r} is none of {', '.join(known) or '(none)'}{hint}")
-        return cls.whole(data)
+        return cls.with_catalogue(data)
 
     @classmethod
-    def whole(cls, data: Any) -> Any:
+    def with_catalogue(cls, data: Any) -> Any:
         """Changes to a vehicle of the catalogue laid over it and its variant; other data as they are."""
         if not isinstance(data, Mapping) or data.get("type") not in catalogue_names():
             return data

@@ -20,7 +20,7 @@ from pelagos.vehicles.terms.roll_sections import SectionRollDamping, SectionTabl
 
 _ROUNDED: Final = 1e-9
 """Share by which the quotient of two numbers may miss a limit."""
-_OF_GRAVITY: Final = "give the depth of the centre of gravity below the waterline"
+_CENTRE_CURE: Final = "give the depth of the centre of gravity below the waterline"
 
 
 class RollDampingConfig(PartConfig):
@@ -87,7 +87,7 @@ class RollDampingConfig(PartConfig):
                 sections = self.sections.sections()
             ship = ship_of(sections, body, self.gravity_depth_m, keels)
             share = self.gravity_depth_m / ship.draught
-            _check([("gravity_depth_m over the draught", share, -1.5, 1)], "the method was made", _OF_GRAVITY)
+            _check([("gravity_depth_m over the draught", share, -1.5, 1)], "the method was made", _CENTRE_CURE)
             return SectionRollDamping.of(ship, frequency, body)
         assert self.draught_m is not None
         assert self.block is not None
@@ -132,7 +132,8 @@ def _check(ranges: Iterable[Range], source: str, instead: str) -> None:
         InputError: names the number, its value and its range.
     """
     for name, value, low, high in ranges:
-        if not low * (1 - _ROUNDED) <= value <= high * (1 + _ROUNDED):
+        slack = _ROUNDED * max(abs(low), abs(high))
+        if not low - slack <= value <= high + slack:
             raise InputError(f"roll_damping: {name} is {value:.3g}; {source} for {low:g} to {high:g}: {instead}")
 
 
