@@ -2,12 +2,14 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pelagos.compat.holoocean as holoocean
 from pelagos.compat.holoocean.advice import HoloOceanWarning
+from pelagos.compat.holoocean.environments import HoloOceanEnvironment
 from pelagos.compat.holoocean.exceptions import HoloOceanConfigurationException, HoloOceanException
 from pelagos.compat.holoocean.frames import degrees_of, matrix_of
 
@@ -279,3 +281,12 @@ def test_a_scenario_becomes_a_native_one(tmp_path):
     native = load_scenario(out)
     assert native.agents["auv0"].sensors["DVLSensor"].type == "dvl"
     assert out.read_text().startswith("# From HoloOcean's Dam-Hovering.json")
+
+
+def test_sensors_count_on_over_ticks_without_a_look():
+    sensors = [SimpleNamespace(tick_every=every, tick_count=count) for every, count in ((5, 3), (1, 0), (4, 2))]
+    agent = SimpleNamespace(sensors=dict(enumerate(sensors)))
+    env = SimpleNamespace(_num_ticks=10, _total_ticks=30, agents={"it": agent})
+    HoloOceanEnvironment._count(env, 7)
+    assert (env._num_ticks, env._total_ticks) == (17, 37)
+    assert [s.tick_count for s in sensors] == [0, 0, 1]

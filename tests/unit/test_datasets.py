@@ -18,7 +18,7 @@ from PIL import Image
 from pelagos.datasets import factory, shard
 from pelagos.datasets.config import load_config
 from pelagos.datasets.distribution import Distribution, stream
-from pelagos.datasets.engine import Engine
+from pelagos.datasets.engine import Engine, checked
 from pelagos.datasets.factory import make_dataset
 from pelagos.datasets.formats.webdataset import WebDataset
 from pelagos.datasets.maker import Maker
@@ -76,6 +76,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     result = make_dataset(plan(), folder)
     assert (result.made, result.kept, result.left, result.samples) == (6, 0, 0, 9)
     return folder
+
+
+@pytest.mark.parametrize("workers", [0, -2])
+def test_a_number_of_workers_that_cannot_be(workers: int) -> None:
+    with pytest.raises(InputError, match=f"--workers is a number from 1 on, not {workers}"):
+        checked(workers, None)
+    assert checked(1, None) == Engine(1)
 
 
 def test_workers_in_any_order_write_the_same_bytes(made: Path, tmp_path: Path) -> None:

@@ -155,7 +155,7 @@ def test_a_sigma_that_the_residuals_contradict_is_told(times: float, said: str):
     off[20, 1] = 60.0  # faults are none of it
     made = SimpleNamespace(
         estimates=(), found=SimpleNamespace(settled=True, differences=off), test=None,
-        plan=SimpleNamespace(sigma={"heading": 0.02}, fit_to=(), columns={"heading": "", "north": ""}),
+        plan=SimpleNamespace(sigma={"heading": 0.02}, fitted=("north", "heading")),
     )  # fmt: skip
     found = doubts_of_fit(made)
     assert len(found) == bool(said)

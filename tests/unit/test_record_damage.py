@@ -158,6 +158,22 @@ def test_a_channel_without_a_declaration_is_told_of_once(tmp_path: Path, *, chun
     assert [d.what for d in damage if "channel 7" in d.what] == ["channel 7, whose declaration is lost"]
 
 
+def test_messages_outside_of_chunks_keep_their_times(tmp_path: Path) -> None:
+    path, mended = tmp_path / "others.mcap", tmp_path / "mended.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, use_chunking=False)
+        writer.start()
+        channel = writer.register_channel("/it", "json", writer.register_schema("it", "jsonschema", b"{}"))
+        for k in range(3):
+            writer.add_message(channel, log_time=100 + 7 * k, publish_time=900 - k, data=b"{}", sequence=40 + k)
+        writer.finish()
+    path.write_bytes(path.read_bytes()[:-10])  # a file without its end
+    assert recover(path, mended).end_ns == 114
+    with mended.open("rb") as file:
+        found = [(m.log_time, m.publish_time, m.sequence) for _, _, m in make_reader(file).iter_messages()]
+    assert found == [(100, 900, 40), (107, 899, 41), (114, 898, 42)]
+
+
 def test_a_recording_that_another_process_cuts_ends_at_once(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     r = recorder(path)

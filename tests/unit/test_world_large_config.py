@@ -10,6 +10,7 @@ from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.build import build_world, world_config
 from pelagos.world.large.large import LargeConfig, _inset_source
+from pelagos.world.large.stream import Stream
 from pelagos.world.large.survey import survey_source
 
 SMALL = {"type": "large", "size_m": [4000, 3000], "resolution_m": 10.0}
@@ -127,3 +128,10 @@ def test_full_resolution_goes_as_far_as_asked():
     np.testing.assert_allclose(hits.position[:, 2], near.ground.surface(x, 0 * x), atol=1e-3)
     said = [n for n in _built(reach_m=1e6).notes if "does not fit into memory_mb" in n]
     assert len(said) == 1
+
+
+def test_a_streamed_world_stands_at_full_resolution_about_its_last_inset_first():
+    places = [[500, -300], [-800, 700]]
+    insets = [{"centre_m": p, "size_m": [100, 100], "resolution_m": 1.25, "relief_m": 2.0} for p in places]
+    view = Stream(_built(insets=insets).ground).view
+    assert np.abs(view.places - places[1]).max() < 200  # rounded to half of the reach of full resolution

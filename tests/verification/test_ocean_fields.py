@@ -357,6 +357,7 @@ def test_wind_profile_and_gusts() -> None:
         ({"currents": {"type": "unifrom", "speed_mps": 1}}, "uniform"),
         ({"currents": {"type": "gyre", "radius_m": 5, "period_s": 0}}, "cannot be 0"),
         ({"currents": {"type": "tidal", "speed_mps": 1}}, "constituent"),
+        ({"currents": {"type": "tidal", "speed_mps": 1, "constituent": "M2", "period_h": 12.0}}, "give either"),
         (
             {"currents": {"type": "profile", "depth_m": [0, 5], "speed_mps": [1], "towards_deg": [0, 0]}},
             "(at least 2|rows)",
