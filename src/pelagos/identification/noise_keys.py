@@ -15,12 +15,12 @@ from pelagos.config.registry import entries, find
 from pelagos.config.unit import UNITS as SUFFIXES
 from pelagos.errors import InputError, LookupFailed
 from pelagos.identification.noise import BeamNoise, SensorNoise, keys_of
+from pelagos.math.constants import STANDARD_GRAVITY
 
-_STANDARD_GRAVITY: Final = 9.80665  # [m/s^2], by definition: what data sheets call g
 _DEGREE: Final = math.pi / 180
 COLUMN_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "rad/s": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": _DEGREE, "deg/h": _DEGREE / 3600},
-    "m/s^2": {"m/s^2": 1.0, "m/s2": 1.0, "g": _STANDARD_GRAVITY, "mg": 1e-3 * _STANDARD_GRAVITY},
+    "m/s^2": {"m/s^2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
     "T": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852 / 3600},

@@ -218,7 +218,7 @@ class Family:
 
     @property
     def flows(self) -> bool:
-        """Whether there is a current, known or sought: without one no step has to carry it."""
+        """True where there is a current, known or sought: without one no step has to carry it."""
         sought = any(path in CURRENT for p in self.parameters for path in p.paths)
         return sought or any(self.outside.get(path) for path in CURRENT)
 

@@ -94,7 +94,7 @@ def reach_below_m(vehicle: Vehicle) -> float:
 
 
 def _by_images(vehicle: Vehicle) -> bool:
-    """Whether it feels planes by its image in them, as hulls under water do."""
+    """True for a hull that feels planes by its image in them, as those under water do."""
     return any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
 
 

@@ -268,7 +268,7 @@ def _positive(value: float, name: str) -> None:
 
 
 def _is_number(value: object) -> bool:
-    """Whether it is one finite real number."""
+    """True for one finite real number."""
     return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
 
 

@@ -10,11 +10,11 @@ import struct
 from collections.abc import Sequence
 from typing import Final
 
+from pelagos.math.constants import STANDARD_GRAVITY
+
 SYNC: Final = b"ue"  # 0x75 0x65
 SENSOR_DATA: Final = 0x80
 SCALED_ACCELERATION, SCALED_RATE, REFERENCE_TIME = 0x04, 0x05, 0xD5
-STANDARD_GRAVITY: Final = 9.80665
-"""One g as the instrument counts it [m/s^2]."""
 
 
 def inertial(t_ns: int, force: Sequence[float], rate: Sequence[float]) -> bytes:
