@@ -32,7 +32,7 @@ def refuse_unexcited(record: Record, plan: Plan, shots: Shots) -> None:
 
 
 def _swings(record: Record, plan: Plan) -> bool:
-    """True for a motion without commands that is more than noise: it resembles itself beyond the smoothing of slopes."""
+    """True for a motion without commands that is no noise: it resembles itself beyond the smoothing of slopes."""
     lag = max(2, round(1.5 * plan.smooth_s / record.step_s))
     for name in COORDINATES[6:]:
         x = record.values(name)
