@@ -184,6 +184,23 @@ def test_a_current_is_gone_after_a_reset(names, legacy):
     np.testing.assert_allclose(drifted(), still, atol=1e-6)
 
 
+def test_a_current_of_one_vehicle_moves_no_other():
+    where = [{"sensor_type": "LocationSensor"}]
+    names = ("auv0", "auv1")
+    env = make(*(agent(name=n, sensors=where, location=(-60, 5.0 * k, -10)) for k, n in enumerate(names)))
+
+    def drifted():
+        state = env.tick(40)
+        return np.stack([state[n]["LocationSensor"] for n in names])
+
+    still = drifted()
+    env.reset()
+    env.set_ocean_currents("auv1", [0.8, -0.3, 0.1])
+    first, second = (drifted() - still) @ [1, -1, 1]
+    assert abs(first) < 1e-6
+    assert second > 0.01
+
+
 def test_an_unknown_main_agent_is_told_of():
     with pytest.warns(HoloOceanWarning, match=r"main_agent.*'auv1'.*did you mean 'auv0'"):
         assert make(agent(), main_agent="auv1")._agent is None

@@ -41,6 +41,13 @@ def test_a_mount_inside_another_hull_is_told():
         pl.Simulation.load(scenario((0.0, 0.6, 0.0), second=(0.0, 0.6)))
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_mount_at_the_end_of_a_long_arm_is_told_inside_a_hull_out_there(side):
+    """Hulls of 1.6 m, 4 m apart: what is near goes by the arm too."""
+    with pytest.warns(MountWarning, match=r"auv0\.sensors\.it.*lies inside auv1"):
+        pl.Simulation.load(scenario((0.3, 4.0 * side, 0.05), second=(0.3, 4.0 * side)))
+
+
 def test_a_mount_inside_a_body_that_moves_by_itself_is_told():
     path = {"kind": "waypoints", "points_m": [[0.1, 1.2, -5.2], [9.0, 1.2, -5.2]], "speed_mps": 0.5}
     said = scenario((0.0, 1.2, 0.0))

@@ -213,3 +213,17 @@ def test_readings_are_tensors_on_request():
     assert reading.array.shape == (3, 6)
     assert np.array_equal(np.array(reading.array), reading.data)
     assert np.array_equal(np.from_dlpack(reading.array), reading.data)
+
+
+@pytest.mark.parametrize(("duration", "ends"), [(1.2, 1.2), (3.0, 1.8)])
+def test_a_run_ends_a_second_after_its_missions_or_with_its_duration(duration, ends):
+    """The mission is over in the block that ends at 0.8 s."""
+    agent = {
+        "vehicle": "bluerov2_heavy",
+        "start": {"position_m": [1, -2, -8]},
+        "mission": [{"type": "station_keeping", "seconds": 0.7}],
+    }
+    world = {"type": "flat", "depth_m": 30}
+    sim = pl.Simulation.load({"tick_rate_hz": 50, "duration_s": duration, "world": world, "agents": {"a": agent}})
+    assert sim.run().ended == "missions"
+    assert sim.time_ns == pytest.approx(ends * 1e9, abs=1)

@@ -93,6 +93,15 @@ def test_the_loudest_beam_of_an_array_is_found_without_asking_all():
     assert beams.loudest(directions)[ahead] == pytest.approx(beams.power(directions).max(axis=-1)[ahead], rel=1e-9)
 
 
+def test_others_are_those_of_other_vehicles():
+    paths = ("auv0.bow", "auv0.stern", "auv1.bow", "auv10.stern", "auv.bow")
+    neighbours = Neighbours(paths)
+    assert neighbours.chosen("others", "auv0.stern") == ["auv1.bow", "auv10.stern", "auv.bow"]
+    assert neighbours.chosen("others", "auv1.bow") == ["auv0.bow", "auv0.stern", "auv10.stern", "auv.bow"]
+    assert neighbours.chosen("none", "auv0.stern") == []
+    assert neighbours.chosen(["auv0.bow"], "auv0.stern") == ["auv0.bow"]
+
+
 def pair(*geometries, other=None, distance=30.0, bearing=0.0, **options):
     """A sonar that looks along x, and another one `distance` away that looks back at it."""
     neighbours = Neighbours(("auv0.sonar", "auv1.sonar"))
