@@ -75,8 +75,8 @@ mutants-map: venv llvm ## Write down which test runs which line, for mutants-fre
 	COVERAGE_FILE=build/tests_by_line.coverage $(BIN)/python -m pytest -n 2 -m "not slow" --cov=pelagos --cov-context=test --cov-report= \
 	    --durations=0 -vv > build/tests_by_line.txt
 
-mutants-fresh: venv llvm ## Some that are in no list, drawn at random: COUNT=50 SEED=1
-	$(BIN)/python scripts/mutants --fresh $(or $(COUNT),50) --seed $(or $(SEED),1)
+mutants-fresh: venv llvm ## Some that are in no list, drawn at random: COUNT=50 SEED=1, of conditions and branches DECISIONS=1
+	$(BIN)/python scripts/mutants --fresh $(or $(COUNT),50) --seed $(or $(SEED),1) $(and $(DECISIONS),--decisions)
 
 mutants-changed: venv llvm ## The same for the files that differ from REF=origin/main
 	$(BIN)/python scripts/mutants --changed $(or $(REF),origin/main)

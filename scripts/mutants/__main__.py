@@ -1,6 +1,6 @@
 """Put plausible mistakes into the source, one at a time, and see that a test notices each.
 
-usage: python scripts/mutants [LAYER ...] [--changed REF] [--fresh COUNT --seed N] [--list FILE] [--jobs 2] [--check]
+usage: python scripts/mutants [LAYER ...] [--changed REF] [--fresh COUNT --seed N --decisions] [--list FILE] [--check]
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ def main() -> int:
     parser.add_argument("--changed", metavar="REF", help="only files that differ from this commit")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="trials at a time")
     parser.add_argument("--fresh", metavar="COUNT", type=int, help="about so many that are in no list, drawn at random")
+    parser.add_argument("--decisions", action="store_true", help="of --fresh: conditions and branches, not formulas")
     parser.add_argument("--seed", type=int, default=0, help="of --fresh")
     parser.add_argument("--list", metavar="FILE", type=Path, help="those of somebody else's list, which names no tests")
     parser.add_argument("--only", metavar="KEY", help="the mutant of this key alone")
@@ -39,7 +40,11 @@ def main() -> int:
     if options.list:
         mutants = with_tests(options.list)
     else:
-        mutants = draw(options.seed, options.fresh) if options.fresh else list(read_mutants(tuple(options.layers)))
+        mutants = (
+            draw(options.seed, options.fresh, of_decisions=options.decisions)
+            if options.fresh
+            else list(read_mutants(tuple(options.layers)))
+        )
     if options.changed:
         touched = changed_files(options.changed)
         mutants = [m for m in mutants if f"src/pelagos/{m.file}" in touched]

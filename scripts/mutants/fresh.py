@@ -1,4 +1,4 @@
-"""Mistakes that nobody listed: drawn at random from the formulas of the source, with the tests that import them."""
+"""Mistakes that nobody listed: drawn at random from formulas or decisions of the source, with the tests near them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from by_line import tests_by_line
+from decisions import decisions
 from mutant import LISTS, ROOT, SOURCES, Mutant, read_list, read_mutants
 
 LAYERS = (
@@ -20,6 +21,8 @@ LAYERS = (
     "sensors", "sim", "vehicles", "world",
 )  # fmt: skip
 """Where formulas live."""
+DECIDING = (*LAYERS, "bridges", "cli", "compat", "config", "datasets", "envs", "identification")
+"""Where it is decided what is done and what is refused; not what a picture or a page looks like."""
 DECORATION = re.compile(r"(memory|chunk|bytes?_|_bytes|budget|warn\w*\()", re.IGNORECASE)
 """Lines about portions of memory or what people are told: a mistake there changes no number."""
 FOLDERS = ("unit", "verification", "cross_code", "contracts", "compat")
@@ -40,15 +43,19 @@ OTHER = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div
 TWIN = {"sin": "cos", "cos": "sin", "minimum": "maximum", "maximum": "minimum", "sinh": "cosh", "cosh": "sinh"}
 
 
-def draw(seed: int, count: int) -> list[Mutant]:
-    """About `count` mutants, more from layers with more formulas; the same for the same source and seed."""
+def draw(seed: int, count: int, *, of_decisions: bool = False) -> list[Mutant]:
+    """About `count` mutants, more from layers with more formulas; the same for the same source and seed.
+
+    Of decisions instead of formulas where that is asked for.
+    """
+    layers, kind = (DECIDING, decisions) if of_decisions else (LAYERS, mistakes)
     rng = random.Random(seed)
     named = _Tests()
     found: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
-    for layer in LAYERS:
+    for layer in layers:
         for path in sorted((SOURCES / layer).rglob("*.py")):
             file = path.relative_to(SOURCES).as_posix()
-            found[layer] += [(file, text, mutation) for text, mutation in mistakes(path.read_text())]
+            found[layer] += [(file, text, mutation) for text, mutation in kind(path.read_text())]
     whole = sum(math.sqrt(len(entries)) for entries in found.values())
     drawn = []
     for layer, entries in found.items():
