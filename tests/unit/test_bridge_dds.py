@@ -24,6 +24,7 @@ from pelagos.bridges.dds_flow import LOOK_NS, PATIENCE_NS, RETRY_S, Flow  # noqa
 from pelagos.bridges.dds_graph import INFO, Graph  # noqa: E402
 from pelagos.bridges.dds_types import idl_class, wire_type  # noqa: E402
 from pelagos.bridges.rihs import type_hash  # noqa: E402
+from pelagos.bridges.ros2 import Ros2Config, make_transport  # noqa: E402
 
 DOMAIN = 20 + os.getpid() % 80  # so that tests that run side by side do not meet
 STRING = "std_msgs/msg/String"
@@ -393,3 +394,14 @@ def test_readers_take_two_megabytes_before_more_follow() -> None:
         now[0] += 1.01 * RETRY_S / 2
     assert readers.asked == 5
     assert readers.waited_ns == [PATIENCE_NS, PATIENCE_NS, LOOK_NS, LOOK_NS, PATIENCE_NS]
+
+
+@pytest.mark.parametrize(
+    ("distro", "octets"), [("humble", 24), ("iron", 16), ("jazzy", 16), ("kilted", 16), ("lyrical", 16)]
+)
+def test_ids_of_the_graph_are_those_of_the_distribution(distro, octets, monkeypatch):
+    """RMW_GID_STORAGE_SIZE of rmw: 24 in Humble, 16 from Iron on."""
+    asked: dict[str, Any] = {}
+    monkeypatch.setattr("pelagos.bridges.dds.DdsTransport", lambda **keys: asked.update(keys))
+    make_transport(Ros2Config(type="ros2", transport="dds", distro=distro))
+    assert asked["gid_bytes"] == octets

@@ -209,6 +209,15 @@ def test_csv_names_the_line(tmp_path):
         read_record(bad, load_plan(PLAN))
 
 
+@pytest.mark.parametrize("blank", ["", " ", "\t "])
+def test_a_cell_of_blanks_is_a_missing_number(tmp_path, blank):
+    text = "t,x,psi,n1\n" + "".join(f"{k / 20},{k},{0.01 * k},1\n" for k in range(40))
+    path = tmp_path / "run.csv"
+    path.write_text(text.replace("7,0.07,1", f"{blank},0.07,1"))
+    with pytest.raises(InputError, match=r"column 'x' has 1 cell that is empty .* row 8 \(0.35 s\)"):
+        read_record(path, load_plan(PLAN))
+
+
 def test_columns_that_nobody_names_may_hold_text(tmp_path):
     lines = ["t,mode,x,psi,n1", *(f"{k / 20},auto,{k},{0.01 * k},{k % 3 - 1}" for k in range(40))]
     path = tmp_path / "run.csv"
