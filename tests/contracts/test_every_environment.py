@@ -105,7 +105,14 @@ def test_a_copy_is_a_fleet_of_one_and_a_partial_reset_leaves_the_others() -> Non
 
 def test_the_kernel_moves_vehicles_as_a_simulation_does() -> None:
     """In the kernel the same sums may be rounded in another order: 1e-16 of each of some 100 terms in 35 ticks."""
-    env = fleet("disabled")
+
+    class Moving(Short):
+        def draw(self, random: Any) -> Any:
+            start = super().draw(random)
+            start.velocity, start.angular_velocity = [0.4, -0.2, 0.13], [0.21, -0.16, 0.34]
+            return start
+
+    env = envs.FleetEnv(Moving(), N, autoreset="disabled")
     env.reset(seed=2)
     start, given = env.state, np.clip(actions(), -1, 1)
     scenario = {
@@ -115,7 +122,10 @@ def test_the_kernel_moves_vehicles_as_a_simulation_does() -> None:
     }
     sim = pl.Simulation.load(scenario, n=N)
     sim.ocean.set(current=np.stack([start[f"current.{a}"] for a in "xyz"], axis=-1))
-    sim.set_state("rov", position=start["position"], attitude=start["attitude"])
+    sim.set_state(
+        "rov", position=start["position"], attitude=start["attitude"],
+        velocity=[0.4, -0.2, 0.13], angular_velocity=[0.21, -0.16, 0.34],
+    )  # fmt: skip
     for a in given:
         env.step(a)
         sim.step({"rov": a.astype(np.float64)}, ticks=5)
