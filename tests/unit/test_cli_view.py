@@ -23,7 +23,7 @@ from pelagos.cli import view as command
 from pelagos.cli.run import Options, run_scenario
 from pelagos.cli.video import VideoOptions, video
 from pelagos.cli.view import ViewOptions, show
-from pelagos.errors import InputError
+from pelagos.errors import InputError, PelagosError
 from pelagos.sim.replay import Recording
 from pelagos.viewer.server import Server
 
@@ -189,6 +189,9 @@ def test_a_run_is_looked_at_without_a_browser_where_none_is_wanted(monkeypatch, 
             assert said[-1].browser is browser
     with pytest.raises(InputError, match="--no-browser is about the page of --view"):
         run_scenario(tmp_path / "x.yaml", [], Options(browser=False))
+    for view, browser in ((True, False), (True, True), (False, True)):  # come as far as to look for the file
+        with pytest.raises(PelagosError, match=r"x\.yaml"):
+            run_scenario(tmp_path / "x.yaml", [], Options(view=view, browser=browser))
 
 
 def test_a_port_that_is_taken_is_told_before_anything_is_built(tmp_path, monkeypatch):

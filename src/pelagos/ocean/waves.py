@@ -349,7 +349,7 @@ def waves_by_copy(seas: Sequence[Components], *, count: int, depth: float | None
 
 
 def _table_of(seas: Sequence[Components], *, depth: float | None, wind: float | None, count: int = 0) -> Waves:
-    limits = np.array([breaking_limit(c, wind) if len(c.amplitude) else NEVER for c in seas])
+    limits = np.array([breaking_limit(c, wind) for c in seas])
     tables = [component_table(c, depth=depth) for c in seas]
     rows = max(count + -count % _AT_ONCE, _AT_ONCE, *(len(table) for table in tables))
     tables = [np.concatenate([table, np.tile(_SPARE, (rows - len(table), 1))]) for table in tables]
