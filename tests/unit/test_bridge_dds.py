@@ -405,3 +405,11 @@ def test_ids_of_the_graph_are_those_of_the_distribution(distro, octets, monkeypa
     monkeypatch.setattr("pelagos.bridges.dds.DdsTransport", lambda **keys: asked.update(keys))
     make_transport(Ros2Config(type="ros2", transport="dds", distro=distro))
     assert asked["gid_bytes"] == octets
+
+
+def test_messages_go_in_the_representation_that_ros_reads(pair: tuple[DdsTransport, DdsTransport]) -> None:
+    """ROS 2's middlewares write and read XCDR version 1, `CDR` of DDS-XTypes 1.3, Section 7.6.3.1.1."""
+    a, _ = pair
+    for qos in (STREAM, COMMAND):
+        asked = {type(p).__qualname__: p for p in a._qos(qos, STRING)}
+        assert asked["Policy.DataRepresentation"] == a._policy.DataRepresentation(use_cdrv0_representation=True)

@@ -64,6 +64,12 @@ def test_run_leaves_a_recording_a_report_numbers_and_the_scenario(
     assert {p.name for p in (small.parent / "results" / "small-2").iterdir()} == {"mission.mcap", "scenario.yaml"}
 
 
+def test_memory_that_is_given_is_the_limit(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("run", str(small), "--no-report", "--memory-limit", "1MB") == 2
+    assert "may take 1 MB" in capsys.readouterr().err
+    assert not (small.parent / "results").exists()
+
+
 def test_resolved_scenario_repeats_the_run(small: Path) -> None:
     assert outcome("run", str(small), "--no-report", "--seed", "9", "--set", "world.depth_m=14", "--out", "a") == 0
     assert outcome("run", "a/scenario.yaml", "--no-report", "--out", "b") == 0

@@ -352,3 +352,13 @@ def test_calm_and_bad_seas() -> None:
         TableWavesConfig(frequency_hz=(0.2, 0.1), density_m2phz=(1, 1))
     with pytest.raises(ValueError, match="greater than 0"):
         JonswapWavesConfig(significant_height_m=0, peak_period_s=8)
+
+
+def test_a_spectrum_without_energy_is_no_sea() -> None:
+    class Flat(JonswapWavesConfig):
+        def density(self, f: np.ndarray, depth: float | None) -> np.ndarray:
+            return np.zeros_like(f)
+
+    spectrum = Flat(significant_height_m=1.3, peak_period_s=7.0)
+    with pytest.raises(ValueError, match=r"no energy between 0\.\d+ and \d\.\d+ Hz"):
+        spectrum.components(np.random.default_rng(3), 40.0)

@@ -96,6 +96,6 @@ def _schmidt(s: float, c: float, degree: int) -> NDArray[np.float64]:
     for n in range(1, degree + 1):
         p[n, n] = s * p[n - 1, n - 1] * (1.0 if n == 1 else math.sqrt(1 - 0.5 / n))
         for m in range(n):
-            before = math.sqrt((n - 1) ** 2 - m * m) * p[n - 2, m] if n > 1 and m < n - 1 else 0.0
+            before = math.sqrt((n - 1) ** 2 - m * m) * p[n - 2, m] if m < n - 1 else 0.0
             p[n, m] = ((2 * n - 1) * c * p[n - 1, m] - before) / math.sqrt(n * n - m * m)
     return p

@@ -203,7 +203,7 @@ class Walk:
 
     def _chunk_end(self, at: int) -> int | None:
         """End of the chunk that begins at `at`, as its own fields say; None where there is none."""
-        head = self._bytes(at + RECORD.size, min(self.size, at + RECORD.size + _CHUNK.size + 16))
+        head = self._bytes(at + RECORD.size, at + RECORD.size + _CHUNK.size + 16)
         if at < len(MAGIC) or len(head) < _CHUNK.size + 8:
             return None
         first, last, size, _, name = _CHUNK.unpack_from(head)
