@@ -67,6 +67,17 @@ def test_doppler_of_moving_vehicles(sim: pl.Simulation) -> None:
     assert a.doppler[0] > 1.001
 
 
+@pytest.mark.parametrize("aside", [0.0, 2e-3, 0.3])
+def test_straight_below_every_echo_of_level_ground_is_heard(sim: pl.Simulation, aside: float) -> None:
+    """2 n + 1 paths of up to n bounces: that casts scatter by micrometres is no slope of the ground."""
+    for source, depth in ((1.04, 27.003), (3.3, 14.7), (20.01, 8.6)):
+        a = pl.channel(sim.world, (12.3, -7.7, -source), (12.3 - aside, -7.7, -depth), bounces=3).arrivals()
+        assert len(a) == 7
+        c = float(np.array(sim.model.ocean.masses.sound_speeds)[28])
+        images = [abs(depth - source), depth + source, 60.0 - depth - source]
+        np.testing.assert_allclose(np.sort(a.delay)[:3], np.sort(np.hypot(images, aside)) / c, rtol=2e-4)
+
+
 @pytest.mark.parametrize("x", [100.0, 180.0])
 def test_the_ground_goes_on_behind_the_edge_of_the_world(x: float) -> None:
     """A receiver at the edge or behind it hears what it would in a larger world; casts are in single precision."""
@@ -188,6 +199,8 @@ def test_wrong_ends_are_refused(sim: pl.Simulation) -> None:
         pl.channel(sim, "c", "b")
     with pytest.raises(pl.CommandError, match="above the water"):
         pl.channel(sim, (0, 0, 3.0), "b")
+    with pytest.raises(pl.CommandError, match=r"\(20, 0, -31.5\) is 1.5 m below the ground"):
+        pl.channel(sim, "a", (20, 0, -31.5))
     with pytest.raises(pl.CommandError, match="two places"):
         pl.channel(sim, "a", "a")
     with pytest.raises(pl.CommandError, match="positive number"):

@@ -54,6 +54,35 @@ def test_linear_profile_gives_circular_arcs(gradient: float, levels: int) -> Non
         assert direct.departure[0] == pytest.approx(angle, abs=1e-6)
 
 
+@pytest.mark.parametrize("distance", [0.0, 1e-3, 0.02, 0.7, 5.0])
+@pytest.mark.parametrize(
+    ("gradient", "deepest", "ends"), [(0.05, 100.0, (3.0, 30.0)), (-0.04, 4000.0, (3900.0, 250.0))]
+)
+def test_ends_above_one_another(distance: float, gradient: float, deepest: float, ends: tuple[float, float]) -> None:
+    """Straight up and down, as between a ship and what lies below it, every image is there: 2 n + 1 of up to n bounces.
+
+    The direct time is that of `test_linear_profile_gives_circular_arcs`, written with asinh, which keeps its digits;
+    upright it is log(c2/c1)/g, and so are the legs of a bounce. Less than 1 mm aside counts as 1 mm.
+    """
+    depth = np.array([0.0, deepest])
+    section = Section(depth, 1500.0 + gradient * depth, np.zeros(1), np.array([deepest]), sound_speed_ratio=2.0)
+    found = rays_of(section, *ends, distance, bounces=3)
+    kinds = set(zip(found.surface.tolist(), found.bottom.tolist(), (found.departure > 0).tolist(), strict=True))
+    assert len(found) == len(kinds) == 7
+    c1, c2 = 1500.0 + gradient * np.array(ends)
+    reach = max(distance, 1e-3)
+    way2 = reach**2 + (ends[0] - ends[1]) ** 2
+    direct = found.take((found.surface == 0) & (found.bottom == 0))
+    time = 2.0 / abs(gradient) * math.asinh(abs(gradient) * math.sqrt(way2 / (4.0 * c1 * c2)))
+    assert direct.delay[0] == pytest.approx(time, abs=1e-8)  # 15 um: the last digit of an angle near 90 degrees
+    assert direct.loss_db[0] == pytest.approx(20.0 * math.log10(math.sqrt(way2)), abs=0.02)
+    c0, cb = 1500.0, 1500.0 + gradient * deepest
+    up, down = (found.take((found.surface == s) & (found.bottom == 1 - s)) for s in (1, 0))
+    for bounced, turn in ((up, c0), (down, cb)):  # log(c/c') is exact upright, the rest of second order in the distance
+        legs = (abs(math.log(turn / c1)) + abs(math.log(turn / c2))) / abs(gradient)
+        assert bounced.delay[0] == pytest.approx(legs, abs=reach**2 / (sum(ends) * 1400.0) + 1e-8)
+
+
 def test_ray_of_ten_degrees_in_a_linear_gradient() -> None:
     """c 1500 m/s, g 0.05 1/s, 10 deg down: back at its depth after 10 579.619 m and 7.017033 s, deepest 462.798 m."""
     section = Section(np.array([0.0, 2000.0]), np.array([1450.0, 1550.0]), np.zeros(1), np.array([5000.0]))

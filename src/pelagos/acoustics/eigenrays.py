@@ -11,7 +11,6 @@ Source: F. B. Jensen, W. A. Kuperman, M. B. Porter, H. Schmidt, Computational Oc
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
@@ -32,8 +31,8 @@ RAYS: Final = 1536
 BOUNCES: Final = 24
 """Most bounces of a path, by default."""
 _FINE: Final = 0.02  # tangent of the angle below which half of a fan is even, and above which it thins out
-_STEEPEST: Final = math.tan(math.radians(89.95))
-_WIDEST: Final = math.tan(math.radians(25.0))  # a fan reaches at least so far: refracted rays need few bounces
+_STEEPEST: Final = 2e7  # tangent of the angle: an image 20 km high from the least distance, `_NEAREST`
+_WIDEST: Final = float(np.tan(np.radians(25.0)))  # a fan reaches at least so far: refracted rays need few bounces
 _PARTS: Final = 8  # into which an interval of the fan is divided where bounces change
 _REFINEMENTS: Final = 2
 _CLOSE: Final = 1e-7  # [m] by which an eigenray may miss the receiver

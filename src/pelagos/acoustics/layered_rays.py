@@ -16,7 +16,15 @@ import drjit as dr
 from pelagos import jit
 from pelagos.acoustics.complex_pair import times
 from pelagos.acoustics.layered_water import LEVELS, Floor, Water, first_level, layer_at, next_column, speed_at
-from pelagos.acoustics.ray_arc import curvature, duration, length_of, rise_over, sine_after, snell_invariant
+from pelagos.acoustics.ray_arc import (
+    cosine_after,
+    curvature,
+    duration,
+    length_of,
+    rise_over,
+    sine_after,
+    snell_invariant,
+)
 from pelagos.acoustics.reflection import fluid_reflection
 from pelagos.jit import Array
 
@@ -173,10 +181,10 @@ def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ra
     at_bottom = (to_bottom <= way) & (to_bottom < edge.way)
     at_edge = ~at_bottom & (edge.way <= way)
     sine = dr.select(at_edge, edge.sine, sine_after(ray.sine, curve, way))
-    cosine1 = dr.sqrt(dr.maximum((1.0 - sine) * (1.0 + sine), 0.0))
+    cosine1 = dr.select(at_edge, edge.cosine, cosine_after((ray.sine, sine), cosine, curve, way))
     rise = rise_over(way, (ray.sine, sine), (cosine, cosine1))
     z = dr.select(at_edge, edge.depth, dr.select(at_bottom, bottom + slope * way, ray.z + rise))
-    after = _along(water, launch, ray, way, z, sine, curve)
+    after = _along(water, launch, ray, way, z, sine, (cosine, cosine1), curve)
     after.x = dr.select(end - ray.x <= way, end, ray.x + way)
     at_column = ~at_bottom & ~at_edge & (next_begins - ray.x <= way)
     last = dr.gather(jit.UInt32, floor.nodes, launch.row) - 1
@@ -188,11 +196,12 @@ def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ra
 
 @jit.struct
 class _Edge:
-    """End of a ray in its layer: `Float64`; `way` horizontally [m], `depth` [m], `sine` of its angle there."""
+    """End of a ray in its layer: `Float64`; `way` horizontally [m], `depth` [m], `sine` and `cosine` of its angle."""
 
     way: Array
     depth: Array
     sine: Array
+    cosine: Array
 
 
 def _to_edge(water: Water, row: Array, ray: Ray, g: Array, cosine: Array, top: Array) -> _Edge:
@@ -210,7 +219,7 @@ def _to_edge(water: Water, row: Array, ray: Ray, g: Array, cosine: Array, top: A
     curve = curvature(g, ray.slowness)
     turned = (sine - ray.sine) / dr.select(curve == 0.0, 1.0, curve)
     way = dr.select(turns, dr.select(curve == 0.0, dr.inf, turned), straight)
-    return _Edge(way, depth, sine)
+    return _Edge(way, depth, sine, cosine_there)
 
 
 def _to_bottom(ray: Ray, bend: Array, cosine: Array, slope: Array, bottom: Array) -> Array:
@@ -232,9 +241,18 @@ def _to_bottom(ray: Ray, bend: Array, cosine: Array, slope: Array, bottom: Array
     return dr.select(root < 0.0, dr.inf, dr.minimum(first, second))
 
 
-def _along(water: Water, launch: Launch, ray: Ray, way: Array, z: Array, sine: Array, curve: Array) -> Ray:
+def _along(
+    water: Water,
+    launch: Launch,
+    ray: Ray,
+    way: Array,
+    z: Array,
+    sine: Array,
+    cosines: tuple[Array, Array],
+    curve: Array,
+) -> Ray:
     """The ray at the end of an arc, with what it took."""
-    time = duration(way, (ray.sine, sine), curve, ray.slowness)
+    time = duration(way, cosines, curve, ray.slowness)
     length = length_of(dr.sqrt(way * way + (z - ray.z) * (z - ray.z)), curve)
     first = launch.row * LEVELS + ray.layer
     depth0, depth1 = (dr.gather(jit.Float64, water.depth, first + k) for k in (0, 1))

@@ -69,16 +69,27 @@ def sine_after(sine: Array, curve: Array, way: Array) -> Array:
     return dr.clip(sine + curve * way, -1.0, 1.0)
 
 
+def cosine_after(sines: tuple[Array, Array], cosine: Array, curve: Array, way: Array) -> Array:
+    """Cosine of the angle after a horizontal way [m], from the sines at both ends and the cosine before: exact for rays
+    that are nearly upright too, whose sine has lost it."""
+    return dr.sqrt(dr.maximum(cosine * cosine - curve * way * (sines[0] + sines[1]), 0.0))
+
+
 def rise_over(way: Array, sines: tuple[Array, Array], cosines: tuple[Array, Array]) -> Array:
     """Change of height [m] over a horizontal way [m], from sine and cosine of the angle at both ends: the chord points
     along the mean of both angles."""
     return way * (sines[0] + sines[1]) / dr.maximum(cosines[0] + cosines[1], 1e-300)
 
 
-def duration(way: Array, sines: tuple[Array, Array], curve: Array, slowness: Array) -> Array:
-    """Travel time [s] over a horizontal way [m]: (atanh(sin theta1) - atanh(sin theta0))/|g|, without differences."""
-    across = dr.maximum(1.0 - sines[0] * sines[1], 1e-300)
-    return slowness * way / across * _atanh_ratio(curve * way / across)
+def duration(way: Array, cosines: tuple[Array, Array], curve: Array, slowness: Array) -> Array:
+    """Travel time [s] over a horizontal way [m]: (atanh(sin theta1) - atanh(sin theta0))/|g|, without differences.
+
+    1 - sin theta0 sin theta1 is half the sum of the squares of both cosines and of the change of the sine: so it stays
+    exact for rays that are nearly upright.
+    """
+    bend = curve * way
+    across = dr.maximum(0.5 * (dr.square(cosines[0]) + dr.square(cosines[1]) + bend * bend), 1e-300)
+    return slowness * way / across * _atanh_ratio(bend / across)
 
 
 def _atanh_ratio(u: Array) -> Array:

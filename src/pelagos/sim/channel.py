@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from pelagos.sensors.sensor import SensorConfig
 
 _WIDEST: Final = np.radians(85.0)  # half the fan of a picture
+_BURIED: Final = 0.01  # [m] by which an end may lie in the ground: what stands on it, to single precision
 
 
 @dataclass(frozen=True)
@@ -190,8 +191,8 @@ def channel(
 
     Raises:
         LookupFailed: no agent or sensor has this name.
-        CommandError: a place is not three finite numbers, is in the air, or both are the same; a number is beyond its
-            range, or the fleet has no such copy.
+        CommandError: a place is not three finite numbers, is in the air or the ground, or both are the same; a number
+            is beyond its range, or the fleet has no such copy.
     """
     sim = where if isinstance(where, Simulation) else None
     world = sim.world if sim is not None else where
@@ -222,8 +223,13 @@ def channel(
     if np.linalg.norm(places[1] - places[0]) < 1e-3:
         raise CommandError(f"the ends of a channel are two places, not twice {places[0].tolist()}")
     rows = np.array([copy])
-    paths = tracer.trace(places[None, 0], places[None, 1], time, rows, _own_hull(sim, tx, copy))
     section = tracer.sections(places[None, 0], places[None, 1], time, rows)[0]
+    away = float(np.hypot(*(places[1] - places[0])[:2]))
+    for name, place, x in zip((tx, rx), places, (0.0, away), strict=True):
+        below = (level - place[2]) - float(section.bottom_at(x))
+        if below > _BURIED and not isinstance(name, str):
+            raise CommandError(f"{name} is {below:.3g} m below the ground; sound of the channel runs in the water")
+    paths = tracer.trace(places[None, 0], places[None, 1], time, rows, _own_hull(sim, tx, copy))
     velocities = np.stack([v for _, v in ends])
     wind = surface_wind(water)[0]
     return Channel(paths, section, places[0], places[1], velocities, frequency_hz, (wind, shipping), level)

@@ -38,6 +38,7 @@ _HULL: Final = 1.5  # [m] before a receiver, within which what stands in the way
 _GROUND: Final = frozenset({4, 5, 6, 7, 8})  # labels of ground: the rays have met it already
 _LEGS: Final = 24  # into which a ray is divided to see what stands in its way
 _ENDS: Final = [0, NODES - 1]
+_ROUNDING: Final = 4e-7  # of a depth by which casts in single precision scatter: over millimetres a slope of a degree
 _STRAIGHT: Final = 1e-3  # [m] by which a bottom may depart from a straight line that stands for it
 
 _Levels: TypeAlias = "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]"
@@ -220,6 +221,8 @@ class WaterPaths:
         if not np.isfinite(t).all():
             depth, material = _continued(depth, material, np.isfinite(t).reshape(shape))
         depth = np.maximum(depth, _SKIN)
+        level_there = np.ptp(depth, axis=1) <= _ROUNDING * depth.max(axis=1)
+        depth[level_there] = depth[level_there].mean(axis=1, keepdims=True)
         way = np.hypot(*(receiver - source)[:, :2].T)
         x = np.maximum(way, 1e-3)[:, None] * share[:, 0]
         return x, depth, material
