@@ -364,19 +364,65 @@ def test_names_of_bodies_are_one_each_and_can_be_printed(sim: pl.Simulation) -> 
     sim.reset()
 
 
-def test_the_twist_of_a_body_is_in_its_own_axes(sim: pl.Simulation) -> None:
+def test_pose_and_twist_of_a_state_are_in_the_frame_of_its_header(sim: pl.Simulation) -> None:
+    """EntityState.msg: "Frame and timestamp for pose and twist"; in `map`, which is east-north-up."""
     sim.reset()
+    to_enu = Rotation.from_euler("z", 90, degrees=True)  # of components along north, west, up
     turn = Rotation.from_euler("ZYX", [70.0, -20.0, 35.0], degrees=True)
     x, y, z, w = turn.as_quat()
     drum = sim.spawn(pl.Prop("cylinder", position=(4.0, -3.0, -2.0), attitude=(w, x, y, z)), name="drum")
     velocity, spin = np.array([0.4, -0.7, 0.2]), np.array([0.1, 0.3, -0.5])
     drum.move(velocity=velocity, angular_velocity=spin)
+    sim.set_state("rov", attitude=(w, x, y, z), velocity=velocity, angular_velocity=spin)  # in its own axes
     exchange, transport = exchange_of(sim)
     exchange.do = lambda action: action() or True  # type: ignore[method-assign]
-    state = Peer(exchange, transport).call("/pelagos/get_entity_state", SI + "GetEntityState", entity="drum").state
-    told = [[getattr(v, c) for c in "xyz"] for v in (state.twist.linear, state.twist.angular)]
-    np.testing.assert_allclose(told, turn.inv().apply([velocity, spin]), atol=1e-12)
+    peer = Peer(exchange, transport)
+    for entity, world in (("drum", [velocity, spin]), ("rov", turn.apply([velocity, spin]))):
+        state = peer.call("/pelagos/get_entity_state", SI + "GetEntityState", entity=entity).state
+        told = [[getattr(v, c) for c in "xyz"] for v in (state.twist.linear, state.twist.angular)]
+        assert state.header.frame_id == "map"
+        np.testing.assert_allclose(told, to_enu.apply(world), atol=1e-12)
     drum.remove()
+
+
+@pytest.mark.parametrize(("frame", "pose"), [("map", False), ("", True), ("rov/base_link", False)])
+def test_a_twist_is_set_in_the_frame_of_its_header(
+    sim: pl.Simulation, monkeypatch: pytest.MonkeyPatch, frame: str, pose: bool
+) -> None:
+    sim.reset()
+    turn = Rotation.from_euler("ZYX", [70.0, -20.0, 35.0], degrees=True)
+    x, y, z, w = turn.as_quat()
+    if not pose:
+        sim.set_state("rov", attitude=(w, x, y, z))
+    exchange, transport = exchange_of(sim)
+    exchange.do = lambda action: action() or True  # type: ignore[method-assign]
+    kept: list[Any] = []
+
+    class Told:
+        def wait(self) -> str:
+            return ""
+
+    monkeypatch.setattr(exchange.inbox, "put", lambda order: kept.append(order) or Told())
+    to_enu = Rotation.from_euler("z", 90, degrees=True)
+    linear, angular = np.array([0.5, 0.25, -0.1]), np.array([-0.2, 0.1, 0.3])
+    a, b, c, d = (to_enu * turn).as_quat()
+    state = make(
+        "simulation_interfaces/msg/EntityState", header=header(frame),
+        pose=make("geometry_msgs/msg/Pose", position=make("geometry_msgs/msg/Point", x=1.0, y=2.0, z=-5.0),
+                  orientation=make("geometry_msgs/msg/Quaternion", x=a, y=b, z=c, w=d)),
+        twist=make("geometry_msgs/msg/Twist", linear=vector3(*linear), angular=vector3(*angular)),
+        acceleration=make("geometry_msgs/msg/Accel", linear=vector3(), angular=vector3()),
+    )  # fmt: skip
+    peer = Peer(exchange, transport)
+    asked = {"entity": "rov", "set_pose": pose, "set_twist": True, "set_acceleration": False}
+    assert peer.call("/pelagos/set_entity_state", SI + "SetEntityState", state=state, **asked).result.result == 1
+    own = frame == "rov/base_link"
+    for key, told in (("velocity", linear), ("angular_velocity", angular)):
+        expected = told if own else (to_enu * turn).inv().apply(told)
+        np.testing.assert_allclose(kept[-1].data[key], expected, atol=1e-12)
+    state.header.frame_id = "odom"
+    refused = peer.call("/pelagos/set_entity_state", SI + "SetEntityState", state=state, **asked).result
+    assert (refused.result, "'odom'" in refused.error_message) == (0, True)
 
 
 def test_a_state_that_is_not_reached_in_time_is_no_missing_entity(

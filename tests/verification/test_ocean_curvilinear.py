@@ -90,6 +90,13 @@ def build(data: Any, path: Path, **more: Any) -> Any:
     return build_ocean(OceanConfig.model_validate(config), world)
 
 
+def to_true(flow: Any, lat: Any, lon: Any) -> tuple[Any, Any]:
+    """To east and north, from the world's x and y: meridians converge by atan(tan(dlon) sin(lat)) (Snyder, 8-9)."""
+    angle = np.arctan(np.tan(np.radians(lon - ORIGIN.longitude)) * np.sin(np.radians(lat)))
+    c, s = np.cos(angle), np.sin(angle)
+    return s * flow[0] - c * flow[1], c * flow[0] + s * flow[1]
+
+
 def places() -> tuple[Any, ...]:
     rng = np.random.default_rng(4)
     x, y, depth = rng.uniform(-2400, 2400, 60), rng.uniform(-2400, 2400, 60), rng.uniform(1.0, 30.0, 60)
@@ -107,8 +114,9 @@ def test_linear_fields_come_back(tmp_path: Path, form: int) -> None:
     position, lat, lon, z = places()
     for hour in (0.0, 3.0, 6.0):
         flow = np.array(sea.current(position, dr.opaque(jit.Float64, 3600 * hour)))  # one kernel for all hours
-        assert -flow[1] == pytest.approx(east(lat, lon, z, hour), abs=2e-5)
-        assert flow[0] == pytest.approx(north(lat, lon, z, hour), abs=2e-5)
+        to_east, to_north = to_true(flow, lat, lon)
+        assert to_east == pytest.approx(east(lat, lon, z, hour), abs=2e-5)
+        assert to_north == pytest.approx(north(lat, lon, z, hour), abs=2e-5)
     assert np.array(sea.temperature(position, jit.Float64(0.0))) == pytest.approx(20 + 0.2 * z, abs=1e-3)
 
 
@@ -137,8 +145,20 @@ def test_land_is_still(tmp_path: Path) -> None:
     ) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_turned_grid_on_depth_levels(tmp_path: Path) -> None:
-    """As NEMO writes it: nav_lat and nav_lon, depths in metres, velocities already to east and north."""
+@pytest.mark.parametrize(
+    ("order", "of_places", "backwards"),
+    [
+        (("time_counter", "deptht", "y", "x"), ("y", "x"), ()),
+        (("deptht", "time_counter", "y", "x"), ("x", "y"), ("deptht",)),
+        (("x", "deptht", "time_counter", "y"), ("y", "x"), ("time_counter",)),
+        (("y", "time_counter", "x", "deptht"), ("y", "x"), ("y", "deptht", "time_counter")),
+    ],
+)
+def test_turned_grid_on_depth_levels(
+    tmp_path: Path, order: tuple[str, ...], of_places: tuple[str, ...], backwards: tuple[str, ...]
+) -> None:
+    """As NEMO writes it: nav_lat and nav_lon, depths in metres, velocities already to east and north; dimensions in
+    any order, and those that fall."""
     lat, lon = lat_lon(*np.meshgrid(np.arange(17.0), np.arange(19.0), indexing="ij"))
     depth = np.array([0.5, 5.0, 15.0, 40.0])
     z = -depth[None, :, None, None]
@@ -157,11 +177,40 @@ def test_turned_grid_on_depth_levels(tmp_path: Path) -> None:
             "deptht": ("deptht", depth, {"units": "m", "positive": "down"}),
         },
     )
+    data = data.isel({name: slice(None, None, -1) for name in backwards})
+    for name, dimensions in (
+        *((v, order) for v in ("uo", "vo", "temp")),
+        ("nav_lat", of_places),
+        ("nav_lon", of_places),
+    ):
+        data[name] = data[name].transpose(*dimensions)
     sea = build(data, tmp_path / "nemo.nc")
     position, lat, lon, z = places()
     flow = np.array(sea.current(position, jit.Float64(3 * 3600.0)))
-    assert -flow[1] == pytest.approx(east(lat, lon, z, 3.0), abs=1e-6)
-    assert flow[0] == pytest.approx(north(lat, lon, z, 3.0), abs=1e-6)
+    to_east, to_north = to_true(flow, lat, lon)
+    assert to_east == pytest.approx(east(lat, lon, z, 3.0), abs=2e-6)  # meridians turn by 2e-4 in a cell
+    assert to_north == pytest.approx(north(lat, lon, z, 3.0), abs=2e-6)
+
+
+def test_soundings_and_levels_in_any_order(tmp_path: Path) -> None:
+    """ROMS with levels before times, and with everything that has places turned over."""
+    data = roms()
+    for name in ("u", "v", "temp"):
+        data[name] = data[name].transpose("s_rho", "ocean_time", ...)
+    data["h"], data["zeta"] = data.h.T, data.zeta.transpose("xi_rho", "ocean_time", "eta_rho")
+    data["angle"] = data.angle.T
+    sea = build(data, tmp_path / "roms.nc")
+    position, lat, lon, z = places()
+    to_east, to_north = to_true(np.array(sea.current(position, jit.Float64(3 * 3600.0))), lat, lon)
+    assert to_east == pytest.approx(east(lat, lon, z, 3.0), abs=2e-5)
+    assert to_north == pytest.approx(north(lat, lon, z, 3.0), abs=2e-5)
+
+
+def test_velocities_along_a_turned_grid_need_its_angle(tmp_path: Path) -> None:
+    with pytest.raises(
+        ScenarioError, match=r"'u' and 'v' are along the axes .* turned by up to 25.* lacks its 'angle'"
+    ):
+        build(roms().drop_vars("angle"), tmp_path / "roms.nc")
 
 
 @pytest.mark.parametrize(

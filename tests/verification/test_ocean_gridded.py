@@ -65,8 +65,16 @@ def current(sea, lat, lon, depth, t=0.0) -> np.ndarray:
     lat, lon, depth = np.broadcast_arrays(lat, lon, depth)
     x, y = ORIGIN.to_xy(lat, lon)
     place = jit.Array3f64(*(jit.Float64(np.ravel(v).astype(float)) for v in (x, y, -depth)))
-    north, west, up = np.array(sea.current(place, jit.Float64(t)))
-    return np.stack([-west, north, up], -1)
+    along, west, up = np.array(sea.current(place, jit.Float64(t)))
+    angle = convergence(lat.ravel(), lon.ravel())
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([s * along - c * west, c * along + s * west, up], -1)
+
+
+def convergence(lat, lon) -> np.ndarray:
+    """Of the meridians, from true north to the world's x, positive to the east [rad]: J. P. Snyder, Map Projections - A
+    Working Manual (1987), Eq. 8-9; the ellipsoid changes it by 1e-10 so near."""
+    return np.arctan(np.tan(np.radians(lon - ORIGIN.longitude)) * np.sin(np.radians(lat)))
 
 
 def test_nodes_are_exact(tmp_path: Path) -> None:
@@ -77,6 +85,73 @@ def test_nodes_are_exact(tmp_path: Path) -> None:
         found = current(sea, la.ravel(), lo.ravel(), z.ravel(), t=hour * 3600)
         assert found[:, 0] == pytest.approx((0.1 + 2 * (la - 45) + 0.01 * hour).ravel(), abs=1e-8)
         assert found[:, 1] == pytest.approx((3 * (lo - 13) - 0.002 * z).ravel(), abs=1e-8)
+
+
+def test_true_north_is_not_x_away_from_the_origin(tmp_path: Path) -> None:
+    """30 km to the east and west at 70 degrees, meridians lean by 0.74 degrees: a stream to the true north, and one to
+    the east, of the world's axes; an independent bearing is that of a step of latitude on the map.
+    """
+    lat, lon = np.linspace(69.9, 70.1, 5), np.linspace(11.0, 15.0, 81)
+    stream = np.ones((2, 5, 81))
+    axes = ("time", "latitude", "longitude")
+    data = xarray.Dataset(
+        {"uo": (axes, -0.3 * stream, {"units": "m/s"}), "vo": (axes, 0.8 * stream, {"units": "m/s"})},
+        coords={
+            "time": ("time", HOURS[:2], {"units": "hours since 2024-05-01"}),
+            "latitude": ("latitude", lat, {"units": "degrees_north"}),
+            "longitude": ("longitude", lon, {"units": "degrees_east"}),
+        },
+    )
+    path, origin = write(tmp_path / "a.nc", data), GeoOrigin(70.0, 13.0)
+    config = OceanConfig.model_validate({"currents": {"type": "gridded", "file": str(path)}})
+    sea = build_ocean(config, SimpleNamespace(origin=origin))
+    for place in ((70.02, 13.78), (69.97, 12.2)):
+        x, y = origin.to_xy(*place)
+        found = np.array(sea.current(jit.Array3f64(float(x), float(y), -2.0), jit.Float64(0.0))).ravel()
+        ahead = np.subtract(origin.to_xy(place[0] + 1e-4, place[1]), (x, y))
+        north = ahead / np.hypot(*ahead)
+        east = np.array([north[1], -north[0]])  # x north, y west: to the right of north
+        np.testing.assert_allclose(found[:2], 0.8 * north - 0.3 * east, atol=1e-6)
+        assert abs(found[1] - 0.3) > 0.008  # and not the file's own numbers
+
+
+def test_rows_nearest_to_the_pole(tmp_path: Path) -> None:
+    """The edge of a world 300 km wide at 70 degrees reaches 4.9 km farther north in its middle than at its corners: it
+    is read, and a file that ends between is refused."""
+    lat, lon = np.linspace(68.2, 71.6, 800), np.linspace(8.0, 18.0, 41)
+    shape = (len(lat), len(lon))
+    origin = GeoOrigin(70.0, 13.0)
+    world = SimpleNamespace(origin=origin, bounds=np.array([[-150e3, -150e3, -60.0], [150e3, 150e3, 0.0]]))
+    data = xarray.Dataset(
+        {"temp": (("lat", "lon"), np.broadcast_to(lat[:, None] - 60.0, shape), {"units": "degC"})},
+        coords={
+            "lat": ("lat", lat, {"units": "degrees_north"}),
+            "lon": ("lon", lon, {"units": "degrees_east"}),
+        },
+    )
+    path = write(tmp_path / "a.nc", data)
+    config = OceanConfig.model_validate({"temperature_c": [{"type": "gridded", "file": str(path)}]})
+    sea = build_ocean(config, world)
+    place = jit.Array3f64(jit.Float64([149_900.0, 149_900.0]), jit.Float64([0.0, -40e3]), -2.0)
+    north = origin.to_latlon(np.full(2, 149_900.0), np.array([0.0, -40e3]))[0]
+    np.testing.assert_allclose(np.array(sea.temperature(place, jit.Float64(0.0))), north - 60.0, atol=1e-7)
+    write(tmp_path / "b.nc", data.isel(lat=lat < 71.33))
+    short = OceanConfig.model_validate({"temperature_c": [{"type": "gridded", "file": str(tmp_path / "b.nc")}]})
+    with pytest.raises(ScenarioError, match="covers latitude"):
+        build_ocean(short, world)
+
+
+def test_times_that_fall_and_starts_of_any_zone(tmp_path: Path) -> None:
+    """The same field backwards; 08:00 in a zone two hours ahead is 06:00 in UTC, without a warning."""
+    data = dataset().isel(time=slice(None, None, -1))
+    path = write(tmp_path / "a.nc", data)
+    assert current(build(path), 45, 13, 5.0, t=3 * 3600.0)[0, 0] == pytest.approx(0.1 + 0.03, abs=1e-8)
+    for start in ("2024-05-01T08:00:00+02:00", "2024-05-01T06:00:00Z", "2024-05-01T06:00"):
+        sea = build(path, start=start)
+        assert current(sea, 45, 13, 5.0)[0, 0] == pytest.approx(0.1 + 0.06, abs=1e-8)
+    shuffled = write(tmp_path / "b.nc", dataset().isel(time=[0, 2, 1]))
+    with pytest.raises(ScenarioError, match="time does not increase"):
+        build(shuffled)
 
 
 def test_upward_velocity_where_it_is_named(tmp_path: Path) -> None:
@@ -90,7 +165,8 @@ def test_between_nodes_it_is_linear(tmp_path: Path) -> None:
     """First order in each coordinate: a quadratic is off by h^2/8 of its second derivative in the middle of a cell."""
     sea = build(write(tmp_path / "a.nc", dataset()))
     assert current(sea, 45.013, 12.987, 11.0, t=1800.0)[0, :2] == pytest.approx(
-        [0.1 + 2 * 0.013 + 0.005, 3 * -0.013 - 0.022], abs=1e-8
+        [0.1 + 2 * 0.013 + 0.005, 3 * -0.013 - 0.022],
+        abs=2e-5,  # what north turns by in a cell, 6e-4, times its step/4
     )
     data = dataset()
     data["uo"] = data.uo.copy(data=np.broadcast_to(((LAT - 45) ** 2)[:, None], data.uo.shape))
@@ -323,3 +399,56 @@ def test_bad_files(tmp_path: Path, change: str, message: str) -> None:
         path.write_bytes(path.read_bytes()[:9000])
     with pytest.raises(ScenarioError, match=message):
         build(path, **more)
+
+
+@pytest.mark.parametrize(
+    ("name", "units", "value", "expected"),
+    [
+        ("salinity", "kg kg-1", 0.0351, 35.1),
+        ("salinity", "1e-3", 35.1, 35.1),
+        ("oxygen", "umol kg-1", 250.0, 250.0),
+        ("oxygen", "mmol m-3", 250.0, 250.0 / 1.025),
+        ("oxygen", "mol m^-3", 0.25, 250.0 / 1.025),
+        ("oxygen", "ml/l", 5.6, 5.6 / 22.3916e-3 / 1.025),
+        ("oxygen", "mg/L", 8.0, 8.0 / 31.9988e-3 / 1.025),
+        ("chlorophyll", "\u00b5g/l", 2.5, 2.5),
+        ("chlorophyll", "kg m-3", 2.5e-6, 2.5),
+    ],
+)
+def test_units_of_what_water_carries(tmp_path: Path, name: str, units: str, value: float, expected: float) -> None:
+    """By molar mass and volume, in water of 1025 kg/m^3."""
+    axes = ("depth", "latitude", "longitude")
+    field = (axes, np.full((len(DEPTH), len(LAT), len(LON)), value), {"units": units})
+    path = write(tmp_path / "a.nc", dataset().drop_vars(["uo", "vo", "thetao"]).assign({name: field}))
+    gridded = [{"type": "gridded", "file": str(path)}]
+    config = OceanConfig.model_validate({"salinity": gridded} if name == "salinity" else {"tracers": {name: gridded}})
+    sea, place = build_ocean(config, SimpleNamespace(origin=ORIGIN)), jit.Array3f64(0.0, 0.0, -5.0)
+    found = sea.salinity(place, jit.Float64(0.0)) if name == "salinity" else sea.tracer(name, place, jit.Float64(0.0))
+    assert np.array(found) == pytest.approx(expected, rel=1e-5)
+
+
+def test_unknown_units_and_speeds_that_no_water_has_are_refused(tmp_path: Path) -> None:
+    data = dataset()
+    data["so"] = data.thetao.assign_attrs(units="furlongs")
+    config = OceanConfig.model_validate(
+        {"salinity": [{"type": "gridded", "file": str(write(tmp_path / "a.nc", data))}]}
+    )
+    with pytest.raises(ScenarioError, match="cannot read the units 'furlongs' of 'so'; known: 1, psu or g kg-1"):
+        build_ocean(config, SimpleNamespace(origin=ORIGIN))
+    data = dataset()
+    data["uo"] = data.uo.where(data.longitude < 13.1, -9999.0).assign_attrs(data.uo.attrs)
+    with pytest.raises(ScenarioError, match=r"b.nc has speeds of up to 1e\+04 m/s; a mark for missing values"):
+        build(write(tmp_path / "b.nc", data))
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_values_beyond_the_valid_range_are_gaps(tmp_path: Path, packed: bool) -> None:
+    """The range of packed values is packed too: here 0.35 m/s is 350. What lies beyond it is land."""
+    data = dataset()
+    data["uo"] = data.uo.where(data.longitude < 13.1, 1.5).assign_attrs(data.uo.attrs)
+    data.uo.attrs |= {"valid_min": np.int16(-350), "valid_max": np.int16(350)} if packed else {"valid_max": 0.35}
+    encoding = {"uo": {"dtype": "int16", "scale_factor": 1e-3, "_FillValue": np.int16(-32768)}} if packed else {}
+    data.to_netcdf(tmp_path / "a.nc", encoding=encoding)
+    sea = build(tmp_path / "a.nc")
+    assert current(sea, 45.02, 13.0, 5.0)[0, 0] == pytest.approx(0.14, abs=1e-6)
+    assert abs(current(sea, 45.0, 13.2, 5.0)[0, 0]) < 0.01

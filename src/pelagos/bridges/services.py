@@ -35,6 +35,8 @@ HOLOOCEAN_MODES: Final = {
 }  # fmt: skip
 STEPS_S: Final = 60.0
 _SI: Final = "simulation_interfaces/srv/"
+_WORLD: Final = ("", "map", "world")  # frames that mean the world's
+_BACK: Final = np.array([1.0, -1.0, -1.0, -1.0])  # from a quaternion to its inverse
 
 
 def serve_topics(
@@ -206,35 +208,43 @@ class Services:
         return {"result": result(OK), "state": entity_state(found, self._sim.time_ns)}
 
     def _found(self, name: str) -> tuple[Any, bool]:
-        """Position NWU, attitude, velocity and angular velocity FLU of an agent or body, and whether it was looked."""
+        """Position, attitude, velocity and angular velocity NWU of an agent or body, and whether it was looked."""
         box: list[Any] = []
 
         def look() -> None:
             if name in self._sim.model.agents:
                 state = self._sim.state[name]
-                box.extend([state.position[0], state.attitude[0], state.velocity[0], state.angular_velocity[0]])
+                twist = (rotate_np(state.attitude[0], v[0]) for v in (state.velocity, state.angular_velocity))
+                box.extend([state.position[0], state.attitude[0], *twist])
             for body in self._sim.bodies.bodies:
                 if body.name == name:
-                    back = body.attitude[0] * [1.0, -1.0, -1.0, -1.0]
-                    twist = (rotate_np(back, v[0]) for v in (body.velocity, body.angular_velocity))
-                    box.extend([body.position[0], body.attitude[0], *twist])
+                    box.extend([body.position[0], body.attitude[0], body.velocity[0], body.angular_velocity[0]])
 
         reached = self._exchange.do(look)
         return box or None, reached
 
     def _set_entity_state(self, request: Any) -> dict[str, Any]:
         data: dict[str, Any] = {}
+        frame, own = request.state.header.frame_id, f"{request.entity}/base_link"
+        if frame not in (*_WORLD, own) or (frame == own and request.set_pose):
+            told = f"the state is in {frame!r}; known: 'map', and for a twist alone {own!r}"
+            return {"result": result(UNSUPPORTED, told)}
         if request.set_pose:
             try:
                 data["position"], data["attitude"] = pose_nwu(request.state.pose)
             except ValueError as error:
                 return {"result": result(101, str(error))}
         if request.set_twist:
+            found = None if request.set_pose or frame == own else self._found(request.entity)[0]
+            attitude = data.get("attitude") or (found[1].tolist() if found else None)
             twist = request.state.twist
-            data["velocity"] = [twist.linear.x, twist.linear.y, twist.linear.z]
-            data["angular_velocity"] = [twist.angular.x, twist.angular.y, twist.angular.z]
+            for key, told in (("velocity", twist.linear), ("angular_velocity", twist.angular)):
+                vector = np.array([told.x, told.y, told.z], dtype=np.float64)
+                if frame != own and attitude is not None:  # what is not found is refused below
+                    vector = rotate_np(np.array(attitude) * _BACK, enu_to_nwu_np(vector))
+                data[key] = vector.tolist()
         if request.set_acceleration or not data:
-            return {"result": result(UNSUPPORTED, "set_pose and set_twist (body FLU) are supported")}
+            return {"result": result(UNSUPPORTED, "set_pose and set_twist are supported")}
         return {"result": self._obeyed(Order("state", request.entity, data, "set_entity_state"))}
 
     def _spawn(self, request: Any) -> dict[str, Any]:
@@ -293,9 +303,9 @@ def result(code: int, message: str = "") -> Any:
 
 
 def entity_state(found: Any, t_ns: int) -> Any:
-    """simulation_interfaces/EntityState in `map`; the twist is in the entity's own axes."""
-    position, attitude, velocity, spin = found or ((0, 0, 0), (1, 0, 0, 0), (0, 0, 0), (0, 0, 0))
-    enu = nwu_to_enu_np(np.asarray(position, dtype=np.float64)).tolist()
+    """simulation_interfaces/EntityState in `map`, pose and twist: EntityState.msg has both in the header's frame."""
+    position, attitude, *twist = found or ((0, 0, 0), (1, 0, 0, 0), (0, 0, 0), (0, 0, 0))
+    enu, velocity, spin = (nwu_to_enu_np(np.asarray(v, dtype=np.float64)).tolist() for v in (position, *twist))
     q = quaternion_nwu_to_enu_np(np.asarray(attitude, dtype=np.float64)).tolist()
     point = make("geometry_msgs/msg/Point", x=enu[0], y=enu[1], z=enu[2])
     return make(

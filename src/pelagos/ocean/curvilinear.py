@@ -25,6 +25,8 @@ Values = NDArray[np.float64]
 
 _LEVELS: Final = ("s_rho", "s_w", "sigma", "sc_r")
 _TRUE_EAST: Final = ("eastward_sea_water_velocity", "northward_sea_water_velocity")
+_GRID_EAST: Final = ("sea_water_x_velocity", "sea_water_y_velocity")
+_UPRIGHT_DEG: Final = 0.5  # turn of a grid that needs no angle: 1 % of the speed goes across
 _MOST: Final = 400  # rows or columns of the regular grid
 
 
@@ -70,6 +72,7 @@ def on_regular_grid(
         ScenarioError: something that the places or the levels need is missing.
     """
     planes: list[Plane] = []
+    quantities = [(label, _in_order(data, variable, time)) for label, variable in quantities]
     first = quantities[0][1]
     row, column = _regular(data, path, first, windows)
     found = {label: _plane(data, path, v, row, column, windows) for label, v in quantities}
@@ -89,6 +92,8 @@ def on_regular_grid(
     blocks = _turned(data, path, quantities, blocks, row, column, windows)
     if level is None:
         depth = _depths(data, path, first, time)
+        if len(depth) > 1 and depth[0] > depth[-1]:
+            depth, blocks = depth[::-1], [block[:, ::-1] for block in blocks]
     else:
         z = _heights(data, path, level, time, row, column, windows)  # (times or 1, levels, rows, columns)
         depth = _even_levels(z)
@@ -111,17 +116,28 @@ def _level(variable: Any) -> str | None:
 
 def _places(data: Any, variable: Any) -> tuple[Any, Any] | None:
     """Latitude and longitude `(rows, columns)` of a variable's points; None where they are not two-dimensional."""
-    plane = variable.dims[-2:]
     found: dict[str, Any] = {}
     for name, coordinate in {**data.data_vars, **data.coords}.items():
-        if tuple(coordinate.dims) != tuple(plane):
+        if coordinate.ndim != 2 or not set(coordinate.dims) <= set(variable.dims):
+            continue
+        if found and set(coordinate.dims) != set(next(iter(found.values())).dims):
             continue
         units = str(coordinate.attrs.get("units", "")).lower().replace("s_", "_")
         standard = coordinate.attrs.get("standard_name")
         for kind, unit in (("latitude", "degree_north"), ("longitude", "degree_east")):
             if standard == kind or units == unit or str(name).lower() in (kind, kind[:3], f"nav_{kind[:3]}"):
                 found.setdefault(kind, coordinate)
-    return (found["latitude"], found["longitude"]) if len(found) == 2 else None
+    if len(found) < 2:
+        return None
+    return found["latitude"], found["longitude"].transpose(*found["latitude"].dims)
+
+
+def _in_order(data: Any, variable: Any, time: str | None = None) -> Any:
+    """A variable as `(time, ..., rows, columns)`, whatever order the file has: rows and columns as their places are."""
+    places = _places(data, variable)
+    plane = variable.dims[-2:] if places is None else places[0].dims
+    first = [time] if time in variable.dims else []
+    return variable.transpose(*first, ..., *plane)
 
 
 def _degrees(data: Any, path: Path, variable: Any, windows: Windows) -> tuple[Values, Values]:
@@ -219,15 +235,30 @@ def _turned(
     data: Any, path: Path, quantities: Sequence[tuple[str, Any]], blocks: list[Values], row: Values, column: Values,
     windows: Windows,
 ) -> list[Values]:  # fmt: skip
-    """Velocities along the grid's axes, turned to east and north by the file's `angle`."""
+    """Velocities along the grid's axes, turned to east and north by the file's `angle`.
+
+    Raises:
+        ScenarioError: velocities between the grid's points, which go along its axes, or those that say so, on a turned
+            grid without the angle.
+    """
     labels = [label for label, _ in quantities]
-    if "east" not in labels or "angle" not in data.variables:
+    if "east" not in labels:
         return blocks
     i, j = labels.index("east"), labels.index("north")
-    names = [str(quantities[k][1].name) for k in (i, j)]
-    if any(quantities[k][1].attrs.get("standard_name") in _TRUE_EAST for k in (i, j)) or names[0].endswith("eastward"):
+    east, north = quantities[i][1], quantities[j][1]
+    standard = [v.attrs.get("standard_name") for v in (east, north)]
+    if any(name in _TRUE_EAST for name in standard) or str(east.name).endswith("eastward"):
         return blocks
-    angle = data["angle"]
+    if "angle" not in data.variables:
+        along_axes = east.dims[-2:] != north.dims[-2:] or any(name in _GRID_EAST for name in standard)
+        turn = _turn(data, path, east, windows)
+        if along_axes and turn > _UPRIGHT_DEG:
+            raise ScenarioError(
+                f"{path}: {east.name!r} and {north.name!r} are along the axes of a grid that is turned by up to "
+                f"{turn:.3g} deg, and the file lacks its 'angle'; add it, or velocities to east and north"
+            )
+        return blocks
+    angle = _in_order(data, data["angle"])
     field = np.asarray(angle.values, dtype=np.float64)
     if str(angle.attrs.get("units", "radians")).lower().startswith("deg"):
         field = np.radians(field)
@@ -237,6 +268,17 @@ def _turned(
     turned = list(blocks)
     turned[i], turned[j] = blocks[i] * c - blocks[j] * s, blocks[i] * s + blocks[j] * c
     return turned
+
+
+def _turn(data: Any, path: Path, variable: Any, windows: Windows) -> float:
+    """Largest angle between a grid's rows, or columns where these are nearer, and the parallels [deg]."""
+    lat, lon = _degrees(data, path, variable, windows)
+    across = np.cos(np.radians(lat))
+    angles = []
+    for axis in (0, 1):
+        north, east = np.gradient(lat, axis=axis), np.gradient(lon, axis=axis) * across
+        angles.append(float(np.degrees(np.abs(np.arctan2(north, np.abs(east))).max())))
+    return min(angles)
 
 
 def _heights(
@@ -273,14 +315,14 @@ def _heights(
 
 
 def _on_plane(data: Any, path: Path, name: str, row: Values, column: Values, windows: Windows) -> Values:
-    variable = data[name]
+    variable = _in_order(data, data[name])
     plane = _plane(data, path, variable, row, column, windows)
     picked = variable.isel({variable.dims[-2]: plane.rows, variable.dims[-1]: plane.columns})
     return plane.of(np.asarray(picked.values, dtype=np.float64))
 
 
 def _depths(data: Any, path: Path, variable: Any, time: str | None) -> Values:
-    """Depths [m] of a variable on ordinary levels; one entry where it has none."""
+    """Depths [m] of a variable on ordinary levels, in the file's order; one entry where it has none."""
     rest = [str(d) for d in variable.dims[:-2] if d != time]
     if not rest:
         return np.zeros(1)
@@ -289,8 +331,9 @@ def _depths(data: Any, path: Path, variable: Any, time: str | None) -> Values:
     values = np.asarray(data[rest[0]].values, dtype=np.float64)
     upwards = data[rest[0]].attrs.get("positive", "down") == "up" or values.max() <= 0 > values.min()
     values = -values if upwards else values
-    if np.any(np.diff(values) <= 0):
-        raise ScenarioError(f"{path}: the depths of {rest[0]!r} do not increase from entry to entry")
+    steps = np.diff(values)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        raise ScenarioError(f"{path}: the depths of {rest[0]!r} neither increase nor decrease from entry to entry")
     return values
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from abc import abstractmethod
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
@@ -27,6 +28,8 @@ Outside: TypeAlias = Literal["error", "clamp", "fade"]
 _MARGIN_M: Final = 2_000.0  # read around the world
 _BEYOND: Final = {"clamp": "the value at its edge holds", "fade": "the field goes to zero within a cell"}
 _OR_SAY: Final = "or say 'outside: clamp' or 'outside: fade'"
+_FASTEST: Final = 20.0  # [m/s], beyond every current of the sea
+_NORTHWARDS_DEG: Final = 1e-3  # of latitude, over which true north is found
 _PRECISE_DEG: Final = 2e-9  # of the map from metres to degrees; 0.2 mm
 
 
@@ -41,8 +44,10 @@ class _Gridded(Strict):
 
     def read(self, site: Site) -> GridField:
         """The variables on the device."""
-        data = read_grid(self.file, self.quantities, start=self.start, windows=_windows(site))
-        return grid_field(data, site, outside=self.outside, where=str(self.file))
+        return grid_field(self._data(site), site, outside=self.outside, where=str(self.file))
+
+    def _data(self, site: Site) -> GriddedData:
+        return read_grid(self.file, self.quantities, start=self.start, windows=_windows(site))
 
     @property
     @abstractmethod
@@ -55,7 +60,7 @@ class _Gridded(Strict):
         Raises:
             ScenarioError: what is wrong with it, or what of the site it does not cover although it must.
         """
-        data = read_grid(self.file, self.quantities, start=self.start, windows=_windows(site))
+        data = self._data(site)
         lacking = _lacking(data, site, str(self.file))
         if lacking and self.outside == "error":
             raise ScenarioError(f"{lacking}, {_OR_SAY}")
@@ -82,6 +87,16 @@ class GriddedCurrentConfig(_Gridded):
     def build(self, site: Site) -> Current:
         """The component on the device."""
         return GriddedCurrent(self.read(site))
+
+    def _data(self, site: Site) -> GriddedData:
+        data = super()._data(site)
+        fastest = float(np.abs(data.values).max())
+        if fastest > _FASTEST:
+            raise ScenarioError(
+                f"{self.file} has speeds of up to {fastest:.3g} m/s; a mark for missing values must be declared (CF: "
+                "_FillValue)"
+            )
+        return along_axes(data, site)
 
 
 @jit.struct
@@ -165,7 +180,7 @@ class GridField:
 
 @jit.struct
 class GriddedCurrent:
-    """Attributes: field: eastward, northward and perhaps upward velocity [m/s]."""
+    """Attributes: field: velocity along -y, along x and perhaps upwards [m/s]."""
 
     field: GridField
 
@@ -173,6 +188,22 @@ class GriddedCurrent:
         """See `Current`."""
         v = self.field.at(position, t)
         return jit.Array3f64(v[1], -v[0], v[2] if len(v) > 2 else 0.0)
+
+
+def along_axes(data: GriddedData, site: Site) -> GriddedData:
+    """Velocities to the Earth's east and north (the first two channels) turned to the world's axes, node by node.
+
+    Meridians converge: away from the origin's own, true north is not the world's x.
+    """
+    if data.metric:
+        return data
+    lat, lon = np.meshgrid(data.row, data.column, indexing="ij")
+    ends = [site.origin.to_xy(np.clip(lat + step, -90.0, 90.0), lon) for step in (-_NORTHWARDS_DEG, _NORTHWARDS_DEG)]
+    angle = np.arctan2(ends[0][1] - ends[1][1], ends[1][0] - ends[0][0])  # of true north, from x towards east
+    c, s = np.cos(angle), np.sin(angle)
+    values = data.values.copy()
+    values[0], values[1] = data.values[0] * c + data.values[1] * s, data.values[1] * c - data.values[0] * s
+    return replace(data, values=values)
 
 
 def grid_field(data: GriddedData, site: Site, *, outside: str, where: str) -> GridField:
@@ -209,9 +240,20 @@ def _windows(site: Site) -> Windows:
         return Windows(site.origin.longitude, None, None)
     x = np.array([low[0] - _MARGIN_M, high[0] + _MARGIN_M])
     y = np.array([low[1] - _MARGIN_M, high[1] + _MARGIN_M])
-    lat, lon = _unwrapped(site, *np.meshgrid(x, y))
+    lat, lon = _unwrapped(site, *_outline(x, y))
     degrees = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
     return Windows(site.origin.longitude, degrees, (float(x[0]), float(x[1]), float(-y[1]), float(-y[0])))
+
+
+def _outline(
+    x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """Corners of a rectangle, and where its edges cross the origin's meridian.
+
+    Parallels bend towards the pole to both sides of that meridian: the edge reaches nearest to the pole on it.
+    """
+    across, along = np.meshgrid(x, np.array([y[0], np.clip(0.0, y[0], y[1]), y[1]]))
+    return across, along
 
 
 def _unwrapped(
@@ -230,7 +272,7 @@ def _lacking(data: GriddedData, site: Site, where: str) -> str:
             "earlier 'start' or a longer file"
         )
     low, high = site.corners
-    x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
+    x, y = _outline(np.array([low[0], high[0]]), np.array([low[1], high[1]]))
     row, column = (x, -y) if data.metric else _unwrapped(site, x, y)
     for name, values, (first, last) in (("latitude", row, data.covers[:2]), ("longitude", column, data.covers[2:])):
         if values.min() < first - 1e-9 or values.max() > last + 1e-9:

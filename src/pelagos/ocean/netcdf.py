@@ -71,10 +71,15 @@ def _looks_like_netcdf(path: Path) -> bool:
 
 def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Windows) -> GriddedData:
     variables = [find_variable(data, path, label, name) for label, name in quantities]
+    axes = {axis: _axis(data, variables[0], axis) for axis in _AXES}
+    if _backwards(data, axes["time"]):
+        data = data.isel({axes["time"]: slice(None, None, -1)})
+        variables = [data[v.name] for v in variables]
     first = variables[0]
-    axes = {axis: _axis(data, first, axis) for axis in _AXES}
     if is_curvilinear(data, first):
         times = seconds_of(data, path, axes["time"], start)
+        if np.any(np.diff(times) <= 0):
+            raise ScenarioError(f"{path}: the coordinate of time does not increase from entry to entry")
         named = [(label, v) for (label, _), v in zip(quantities, variables, strict=True)]
         return on_regular_grid(data, path, named, times, axes["time"], windows)
     known = [d for d in axes.values() if d is not None]
@@ -125,6 +130,14 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
             if variable.attrs.get("standard_name") == _POTENTIAL:
                 values[k] = in_situ_temperature(values[k], z, y)
     return GriddedData(np.ascontiguousarray(values), t, z, y, x, metric, filled, covers)
+
+
+def _backwards(data: Any, dimension: str | None) -> bool:
+    """Whether the entries of a dimension's coordinate fall."""
+    if dimension not in data.coords or data[dimension].ndim != 1 or data[dimension].size < 2:
+        return False
+    values = data[dimension].values
+    return bool(np.all(values[1:] < values[:-1]))
 
 
 def around(column: NDArray[np.float64], longitude: float) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:

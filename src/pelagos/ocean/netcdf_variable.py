@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -34,10 +35,42 @@ _VELOCITY: Final = {
     "cm/s": 0.01,
     "cm s-1": 0.01,
 }
+_OXYGEN_VOLUME: Final = 1000.0 / 1025.0  # umol/l in umol/kg, for water of 1025 kg/m^3: within 1 % in the ocean
+_UNITS: Final[dict[str, tuple[str, dict[str, float]]]] = {
+    "salinity": (
+        "1, psu or g kg-1",
+        {
+            **dict.fromkeys(("1", "0.001", "1e-3", "1e-03", "psu", "pss", "pss-78", "ppt", "gkg-1", "g/kg"), 1.0),
+            **dict.fromkeys(("kgkg-1", "kg/kg"), 1000.0),
+        },
+    ),
+    "oxygen": (
+        "umol kg-1, mmol m-3, mol m-3, ml l-1 or mg l-1",
+        {
+            **dict.fromkeys(("umolkg-1", "umol/kg", "micromolkg-1", "micromol/kg", "micromoles/kg"), 1.0),
+            **dict.fromkeys(("mmolm-3", "mmol/m3", "umoll-1", "umol/l", "micromol/l"), _OXYGEN_VOLUME),
+            **dict.fromkeys(("molm-3", "mol/m3", "mmoll-1", "mmol/l"), 1000.0 * _OXYGEN_VOLUME),
+            **dict.fromkeys(("mll-1", "ml/l"), 44.6596 * _OXYGEN_VOLUME),  # 22.3916 l/mol at standard conditions
+            **dict.fromkeys(("mgl-1", "mg/l", "gm-3", "g/m3"), 1000.0 / 31.9988 * _OXYGEN_VOLUME),  # molar mass [g]
+        },
+    ),
+    "chlorophyll": (
+        "mg m-3, ug l-1 or kg m-3",
+        {
+            **dict.fromkeys(("mgm-3", "mg/m3", "milligramm-3", "ugl-1", "ug/l", "microgram/l"), 1.0),
+            **dict.fromkeys(("gm-3", "g/m3", "mgl-1", "mg/l"), 1e3),
+            **dict.fromkeys(("kgm-3", "kg/m3"), 1e6),
+        },
+    ),
+}
+"""Names of units for a message, and factors to ours by units without blanks and signs of powers."""
+
+_LIMITS: Final = ("valid_range", "valid_min", "valid_max")
 _CALENDARS: Final = ("standard", "gregorian", "proleptic_gregorian")
 _TIME_UNITS: Final = ("day", "hour", "hr", "h", "minute", "min", "second", "sec", "s", "", "millisecond", "microsecond",
                       "nanosecond", "d", "m")  # fmt: skip
 _ODD_DATE: Final = re.compile(r"\d{1,4}-\d{1,2}-\d{1,2}([T ].*)?$")
+_ZONE: Final = re.compile(r"(:\d\d(?:\.\d*)?)\s*(?:UTC|Z|[+-]\d{1,2}(?::?\d\d)?)$")
 _TEMPERATURE: Final = ("degc", "degree_c", "degrees_c", "celsius", "deg_c", "degree_celsius", "degrees_celsius", "°c")
 
 
@@ -67,7 +100,7 @@ def find_variable(data: Any, path: Path, label: str, name: str | None) -> Any:
 
 
 def seconds_of(data: Any, path: Path, dimension: str | None, start: str | None) -> NDArray[np.float64]:
-    """Times of a dimension since `start` (ISO 8601), or since its own first, [s]; one zero where there is none.
+    """Times of a dimension since `start` (ISO 8601), or since its earliest, [s]; one zero where there is none.
 
     Raises:
         ScenarioError: times that are not of the standard calendar, or a start outside.
@@ -84,14 +117,25 @@ def seconds_of(data: Any, path: Path, dimension: str | None, start: str | None) 
             f"{path}: the times of {dimension!r} cannot be used: {what}; needed is the standard calendar"
         )
     try:
-        origin = values[0] if start is None else np.datetime64(start.replace("Z", ""), "ns")
+        origin = values.min() if start is None else _moment(start)
     except ValueError as error:
         raise ScenarioError(f"start {start!r} is not an ISO time such as 2024-05-01T12:00:00") from error
     seconds: NDArray[np.float64] = (values - origin) / np.timedelta64(1, "ns") * 1e-9
-    if len(seconds) > 1 and not seconds[0] <= 0 <= seconds[-1]:
-        first, last = (np.datetime_as_string(v, unit="s") for v in (values[0], values[-1]))
+    if len(seconds) > 1 and not seconds.min() <= 0 <= seconds.max():
+        first, last = (np.datetime_as_string(v, unit="s") for v in (values.min(), values.max()))
         raise ScenarioError(f"{path} covers {first} to {last}, and start {start} lies outside")
     return seconds
+
+
+def _moment(start: str) -> np.datetime64:
+    """An ISO time in UTC, from whatever zone."""
+    try:
+        moment = datetime.fromisoformat(start)
+    except ValueError:
+        return np.datetime64(start, "ns")  # such as a month
+    if moment.tzinfo is not None:
+        moment = moment.astimezone(UTC).replace(tzinfo=None)
+    return np.datetime64(moment, "ns")
 
 
 def check_times(data: Any, path: Path) -> None:
@@ -110,6 +154,7 @@ def check_times(data: Any, path: Path) -> None:
                 "years of other lengths have no date: choose one, and write the calendar and units into the file)"
             )
         unit, _, date = units.partition(" since ")
+        date = _ZONE.sub(r"\1", date.strip())
         try:
             np.datetime64(date.strip().split(".")[0].split("+")[0].replace(" UTC", "").replace(" ", "T").rstrip("TZ"))
             known = unit.strip().lower().rstrip("s") in _TIME_UNITS
@@ -122,8 +167,23 @@ def check_times(data: Any, path: Path) -> None:
 
 
 def in_our_units(values: NDArray[np.float64], label: str, variable: Any, path: Path) -> NDArray[np.float64]:
-    """To m/s and degC by the variable's units, which velocities and temperatures must have."""
+    """To m/s, degC, umol/kg and mg/m^3 by the variable's units, which velocities and temperatures must have.
+
+    Values beyond the variable's valid range are none.
+
+    Raises:
+        ScenarioError: units that are lacking or not known.
+    """
+    values = np.where(_valid(values, variable), values, np.nan)
     units = variable.attrs.get("units")
+    if label in _UNITS:
+        expected, factors = _UNITS[label]
+        text = re.sub(r"[\s^]|\*\*", "", str(units or "").lower().replace("\u00b5", "u").replace("\u03bc", "u"))
+        if not text:
+            return values
+        if text in factors:
+            return values * factors[text]
+        raise ScenarioError(f"{path}: cannot read the units {units!r} of {variable.name!r}; known: {expected}")
     if label not in ("east", "north", "up", "temperature"):
         return values
     if units is None:
@@ -140,6 +200,24 @@ def in_our_units(values: NDArray[np.float64], label: str, variable: Any, path: P
         return values * _VELOCITY[text]
     expected = "degC or K" if label == "temperature" else "m s-1"
     raise ScenarioError(f"{path}: cannot read the units {units!r} of {variable.name!r}; known: {expected}")
+
+
+def _valid(values: NDArray[np.float64], variable: Any) -> NDArray[np.bool_]:
+    """Values within the variable's valid range (CF 1.11, Section 2.5.1).
+
+    The range is of packed values, but where it has the type of the scale and the data another.
+    """
+    limits = np.full(2, np.nan)
+    for name, places in (("valid_range", (0, 1)), ("valid_min", (0,)), ("valid_max", (1,))):
+        if name in variable.attrs:
+            limits[list(places)] = np.ravel(variable.attrs[name])[: len(places)]
+    packing = variable.encoding
+    scale, offset = (float(packing.get(k, v)) for k, v in (("scale_factor", 1.0), ("add_offset", 0.0)))
+    given = np.asarray(next((variable.attrs[k] for k in _LIMITS if k in variable.attrs), 0.0)).dtype
+    if np.issubdtype(packing.get("dtype", np.float64), np.floating) or not np.issubdtype(given, np.floating):
+        limits = np.sort(limits * scale + offset) if scale < 0 else limits * scale + offset
+    slack = 1e-6 * np.abs(limits)  # of limits in single precision
+    return np.asarray(~(values < limits[0] - slack[0]) & ~(values > limits[1] + slack[1]))
 
 
 def without_gaps(values: NDArray[np.float64], missing: NDArray[np.bool_], *, zero: bool) -> NDArray[np.float64]:
