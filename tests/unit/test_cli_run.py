@@ -163,6 +163,14 @@ def test_recover_says_what_is_in_a_recording(small: Path, capsys: pytest.Capture
     assert Path("hurt.mcap").read_bytes() == bytes(hurt)
     assert outcome("recover", "out/mission.mcap") == 0
     assert "was whole already" in capsys.readouterr().out
+    assert outcome("recover", "out/mission.mcap", "--out", "copy.mcap") == 0
+    assert "copy.mcap was not written" in capsys.readouterr().out.replace("\n", " ")
+    assert not Path("copy.mcap").exists()
+    touched = bytearray(whole)
+    touched[whole.index(b"seed") + 1] ^= 1  # of the metadata, beside every chunk
+    Path("touched.mcap").write_bytes(touched)
+    assert outcome("recover", "touched.mcap", "--out", "again.mcap") == 0
+    assert capsys.readouterr().err.startswith("no message lost: bytes ")
     kept = Path("mended.mcap").read_bytes()
     wrong = {
         "mended.mcap": "mended.mcap exists already", "out": "out exists already",

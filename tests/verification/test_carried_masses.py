@@ -478,6 +478,14 @@ WRONG = [
 ]  # fmt: skip
 
 
+def test_a_compartment_needs_gravity():
+    """Without it, no head drives water; it ended in a division by zero."""
+    tank = {"type": "compartment", "size_m": (0.1, 0.1, 0.1), "position_m": (0, 0, 0), "hole_m": (0, 0, 0.05),
+            "orifice_m2": 1e-4}  # fmt: skip
+    with pytest.raises(ScenarioError, match="compartment 'it' needs a gravity_m_s2 above 0"):
+        pl.Vehicle.from_dict(body(actuators={"it": tank}, gravity_m_s2=0.0))
+
+
 @pytest.mark.parametrize(("part", "said"), WRONG)
 def test_what_cannot_be_is_refused(part, said):
     with pytest.raises(ScenarioError, match=said):

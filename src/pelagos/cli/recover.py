@@ -25,10 +25,11 @@ def recover_file(path: Path, target: Path | None, *, in_place: bool) -> int:
     found = recover(path, target, in_place=in_place)
     what = f"{found.messages} messages of {found.topics} topics, up to {found.end_ns * 1e-9:.2f} s"
     if found.whole:
-        out.print(f"{shown(found.path)} was whole already: {what}", markup=False)
+        unwritten = f"; {shown(target)} was not written" if target is not None else ""
+        out.print(f"{shown(found.path)} was whole already: {what}{unwritten}", markup=False)
         return 0
     out.print(f"{shown(found.path)} has everything that could be read: {what}", markup=False)
     out.print(f"{shown(found.original)} is the recording as it was", markup=False)
     for place in found.damage:
-        err.print(f"lost: {place}", markup=False, soft_wrap=True)
+        err.print(f"{'lost' if place.messages != 0 else 'no message lost'}: {place}", markup=False, soft_wrap=True)
     return 1 if any(place.messages != 0 for place in found.damage) else 0

@@ -163,6 +163,7 @@ class VehicleConfig(PartConfig):
                 hint = did_you_mean(name, self.terms)
                 raise ValueError(f"calm_damping: {name!r} is none of the terms {', '.join(self.terms)}{hint}")
         _check_density(self)
+        _check_gravity(self)
         _check_clarke(self)
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):
@@ -258,6 +259,17 @@ def _check_density(config: VehicleConfig) -> None:
                 f"inflow of {name!r} in the air needs its density: density_kg_m3 is left at {config.density_kg_m3:g}, "
                 "that of water; give that of air, about 1.2"
             )
+
+
+def _check_gravity(config: VehicleConfig) -> None:
+    """Refuse compartments where nothing weighs: what drives water in and out is its weight.
+
+    Raises:
+        ValueError: names the compartment.
+    """
+    for name, part in config.actuators.items():
+        if getattr(part, "type", None) == "compartment" and config.gravity_m_s2 == 0:
+            raise ValueError(f"the compartment {name!r} needs a gravity_m_s2 above 0, not {config.gravity_m_s2:g}")
 
 
 def _check_clarke(config: VehicleConfig) -> None:

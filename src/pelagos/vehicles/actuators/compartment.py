@@ -28,7 +28,8 @@ class CompartmentConfig(PartConfig):
 
     The liquid lies level: its centre moves with heel and trim (free-surface effect), and with it the centre of gravity,
     the mass matrix and the Coriolis forces. Water that enters was at rest in the water outside, and takes its share of
-    the vehicle's momentum; water that leaves takes its own along. The jet's thrust is left out, and so is sloshing.
+    the vehicle's momentum; water that leaves takes its own along. The jet's thrust is left out, and so is sloshing:
+    about its own centre it turns as the level layer does that it is while the vehicle is upright.
     The hull keeps its displaced volume and its added mass.
     """
 
