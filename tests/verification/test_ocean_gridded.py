@@ -452,3 +452,29 @@ def test_values_beyond_the_valid_range_are_gaps(tmp_path: Path, packed: bool) ->
     sea = build(tmp_path / "a.nc")
     assert current(sea, 45.02, 13.0, 5.0)[0, 0] == pytest.approx(0.14, abs=1e-6)
     assert abs(current(sea, 45.0, 13.2, 5.0)[0, 0]) < 0.01
+
+
+def test_gaps_take_the_value_that_is_nearest_in_metres(tmp_path: Path) -> None:
+    """At 60 degrees a cell of 0.02 by 0.01 degrees is 2.2 km by 0.56 km: two cells aside are nearer than one ahead."""
+    lat, lon = np.linspace(59.9, 60.1, 11), np.linspace(12.95, 13.05, 11)
+    values = np.arange(121.0).reshape(11, 11) / 10.0
+    gap = np.zeros((11, 11), bool)
+    gap[5, 3:6] = True  # beside it columns 2 and 6, above and below it rows 4 and 6
+    field = (("lat", "lon"), np.where(gap, np.nan, values), {"units": "degC"})
+    data = xarray.Dataset(
+        {"temp": field},
+        coords={
+            "lat": ("lat", lat, {"units": "degrees_north"}),
+            "lon": ("lon", lon, {"units": "degrees_east"}),
+        },
+    )
+    path, origin = write(tmp_path / "a.nc", data), GeoOrigin(60.0, 13.0)
+    config = OceanConfig.model_validate({"temperature_c": [{"type": "gridded", "file": str(path)}]})
+    sea = build_ocean(config, SimpleNamespace(origin=origin))
+    for column, nearest in ((3, 2), (5, 6)):
+        x, y = origin.to_xy(lat[5], lon[column])
+        found = np.array(sea.temperature(jit.Array3f64(float(x), float(y), -1.0), jit.Float64(0.0)))
+        assert found == pytest.approx(values[5, nearest], abs=1e-6)
+    x, y = origin.to_xy(lat[5], lon[4])
+    found = np.array(sea.temperature(jit.Array3f64(float(x), float(y), -1.0), jit.Float64(0.0))).item()
+    assert min(abs(found - values[5, k]) for k in (2, 6)) < 1e-6

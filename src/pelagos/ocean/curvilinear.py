@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pelagos.errors import ScenarioError
 from pelagos.ocean.grid_data import GriddedData, Windows
-from pelagos.ocean.netcdf_variable import in_our_units, without_gaps
+from pelagos.ocean.netcdf_variable import cell_of, in_our_units, without_gaps
 
 Values = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def on_regular_grid(
         if gaps.all():
             raise ScenarioError(f"{path}: {variable.name!r} has no value in the world's window")
     values = np.stack([
-        without_gaps(block, gaps, zero=label in ("east", "north", "up"))
+        without_gaps(block, gaps, zero=label in ("east", "north", "up"), cell=cell_of(row, column, metric=False))
         for block, gaps, (label, _) in zip(blocks, missing, quantities, strict=True)
     ])  # fmt: skip
     covers = (float(row[0]), float(row[-1]), float(column[0]), float(column[-1]))

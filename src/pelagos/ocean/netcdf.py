@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pelagos.errors import ScenarioError, did_you_mean
 from pelagos.ocean.curvilinear import is_curvilinear, on_regular_grid
 from pelagos.ocean.grid_data import GriddedData, Windows
-from pelagos.ocean.netcdf_variable import check_times, find_variable, in_our_units, seconds_of, without_gaps
+from pelagos.ocean.netcdf_variable import cell_of, check_times, find_variable, in_our_units, seconds_of, without_gaps
 
 _AXES: Final = {
     "time": (("time",), "T", ("time", "ocean_time", "time_counter", "mt")),
@@ -116,7 +116,8 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
         )
     picked = {axes["latitude"]: rows, axes["longitude"]: columns}
     order = [axes[a] for a in ("time", "depth", "latitude", "longitude")]
-    blocks = [_values(v, label, path, picked, order) for (label, _), v in zip(quantities, variables, strict=True)]
+    cell = cell_of(row[rows], column[columns], metric=metric)
+    blocks = [_values(v, label, path, picked, order, cell) for (label, _), v in zip(quantities, variables, strict=True)]
     values, filled = np.stack([b for b, _ in blocks]), max(gaps for _, gaps in blocks)
     nodes: list[NDArray[np.float64]] = [times, depth, row[rows], column[columns]]
     for k, (name, line) in enumerate(zip(_AXES, tuple(nodes), strict=True)):
@@ -173,7 +174,7 @@ def in_situ_temperature(
 
 
 def _values(
-    variable: Any, label: str, path: Path, picked: dict[Any, slice], order: list[str | None]
+    variable: Any, label: str, path: Path, picked: dict[Any, slice], order: list[str | None], cell: tuple[float, float]
 ) -> tuple[NDArray[np.float64], float]:
     """A variable in the window, `(times, depths, rows, columns)` in our units, and the share of it that was open."""
     block = variable.isel(picked).transpose(*[d for d in order if d is not None])
@@ -185,7 +186,7 @@ def _values(
     missing = ~np.isfinite(values)
     if missing.all():
         raise ScenarioError(f"{path}: {variable.name!r} has no value in the world's window")
-    return without_gaps(values, missing, zero=label in ("east", "north", "up")), float(missing.mean())
+    return without_gaps(values, missing, zero=label in ("east", "north", "up"), cell=cell), float(missing.mean())
 
 
 def _axis(data: Any, variable: Any, axis: str) -> str | None:

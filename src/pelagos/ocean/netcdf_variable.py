@@ -220,9 +220,17 @@ def _valid(values: NDArray[np.float64], variable: Any) -> NDArray[np.bool_]:
     return np.asarray(~(values < limits[0] - slack[0]) & ~(values > limits[1] + slack[1]))
 
 
-def without_gaps(values: NDArray[np.float64], missing: NDArray[np.bool_], *, zero: bool) -> NDArray[np.float64]:
-    """Land and gaps: still water for velocities; for the rest the nearest value of the level, else of the level
-    above.
+def cell_of(row: NDArray[np.float64], column: NDArray[np.float64], *, metric: bool) -> tuple[float, float]:
+    """Height and width of a grid's median cell, in one unit of length: of latitudes and longitudes [deg], or metres."""
+    height, width = (float(np.median(np.abs(np.diff(line)))) if len(line) > 1 else 1.0 for line in (row, column))
+    return height, width if metric else width * max(float(np.cos(np.radians(np.mean(row)))), 1e-6)
+
+
+def without_gaps(
+    values: NDArray[np.float64], missing: NDArray[np.bool_], *, zero: bool, cell: tuple[float, float]
+) -> NDArray[np.float64]:
+    """Land and gaps: still water for velocities; for the rest the nearest value of the level, by cells of this height
+    and width, else of the level above.
     """
     if not missing.any():
         return values
@@ -237,7 +245,7 @@ def without_gaps(values: NDArray[np.float64], missing: NDArray[np.bool_], *, zer
             if gap.all():
                 out[t, k] = out[t, k - 1] if k > 0 else np.nan
             elif gap.any():
-                i, j = distance_transform_edt(gap, return_distances=False, return_indices=True)
+                i, j = distance_transform_edt(gap, sampling=cell, return_distances=False, return_indices=True)
                 out[t, k] = out[t, k][i, j]
     open_ = ~np.isfinite(out)
     return np.where(open_, float(np.nanmean(out)), out) if open_.any() else out

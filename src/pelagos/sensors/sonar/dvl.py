@@ -163,8 +163,8 @@ class Dvl:
         the cosine of the tilt; `sigma` `(m, 4)`, standard deviation of each beam's speed [m/s]; `snr` `(m, 4)` of each
         beam's echo [dB]; `label` and `instance` `(m, 4)` of what each beam meets, 0 for nothing.
         With `water_layer_m`: `water_velocity` `(m, 3)`, velocity of the sensor through the water of the layer [m/s],
-        NaN where fewer than three beams hear it: beyond the bottom, and, as of an `Adcp`, from altitude times the
-        cosine of the tilt on.
+        NaN where fewer than three beams hear it: beyond the bottom, and, as of an `Adcp`, from the altitude that the
+        nearest beam tells, times the cosine of the tilt, on.
         With `water_column_bins`, `iq` or `labels` the echoes of the beams, `(m, 4, bins)` each: `water_column` and
         `water_column_truth` [dB], `water_column_label`, `water_column_instance`, and `iq` complex64 `(m, 4, 2, bins)`,
         before gain, of two pulses a `lag_s` apart, whose phases tell the speed (see `speed_of_pair`).
