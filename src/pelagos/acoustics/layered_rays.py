@@ -184,7 +184,7 @@ def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ra
     cosine1 = dr.select(at_edge, edge.cosine, cosine_after((ray.sine, sine), cosine, curve, way))
     rise = rise_over(way, (ray.sine, sine), (cosine, cosine1))
     z = dr.select(at_edge, edge.depth, dr.select(at_bottom, bottom + slope * way, ray.z + rise))
-    after = _along(water, launch, ray, way, z, sine, (cosine, cosine1), curve)
+    after = _along(water, launch, ray, _Edge(way, z, sine, cosine1), cosine, curve)
     after.x = dr.select(end - ray.x <= way, end, ray.x + way)
     at_column = ~at_bottom & ~at_edge & (next_begins - ray.x <= way)
     last = dr.gather(jit.UInt32, floor.nodes, launch.row) - 1
@@ -241,18 +241,10 @@ def _to_bottom(ray: Ray, bend: Array, cosine: Array, slope: Array, bottom: Array
     return dr.select(root < 0.0, dr.inf, dr.minimum(first, second))
 
 
-def _along(
-    water: Water,
-    launch: Launch,
-    ray: Ray,
-    way: Array,
-    z: Array,
-    sine: Array,
-    cosines: tuple[Array, Array],
-    curve: Array,
-) -> Ray:
-    """The ray at the end of an arc, with what it took."""
-    time = duration(way, cosines, curve, ray.slowness)
+def _along(water: Water, launch: Launch, ray: Ray, end: _Edge, cosine: Array, curve: Array) -> Ray:
+    """The ray at the end of an arc, with what it took; `cosine` of its angle before."""
+    way, z, sine = end.way, end.depth, end.sine
+    time = duration(way, (cosine, end.cosine), curve, ray.slowness)
     length = length_of(dr.sqrt(way * way + (z - ray.z) * (z - ray.z)), curve)
     first = launch.row * LEVELS + ray.layer
     depth0, depth1 = (dr.gather(jit.Float64, water.depth, first + k) for k in (0, 1))

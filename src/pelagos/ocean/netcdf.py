@@ -109,11 +109,7 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
     times = seconds_of(data, path, axes["time"], start)
     depth = _depths(data, path, axes["depth"])
     size = len(times) * len(depth) * (rows.stop - rows.start) * (columns.stop - columns.start)
-    if size > _BIGGEST:
-        raise ScenarioError(
-            f"{path}: {size / 1e6:.0f} million values of each variable fall into the world; cut the file, at most "
-            f"{_BIGGEST / 1e6:.0f} million"
-        )
+    _check_size(path, size)
     picked = {axes["latitude"]: rows, axes["longitude"]: columns}
     order = [axes[a] for a in ("time", "depth", "latitude", "longitude")]
     cell = cell_of(row[rows], column[columns], metric=metric)
@@ -131,6 +127,14 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
             if variable.attrs.get("standard_name") == _POTENTIAL:
                 values[k] = in_situ_temperature(values[k], z, y)
     return GriddedData(np.ascontiguousarray(values), t, z, y, x, metric, filled, covers)
+
+
+def _check_size(path: Path, size: int) -> None:
+    if size > _BIGGEST:
+        raise ScenarioError(
+            f"{path}: {size / 1e6:.0f} million values of each variable fall into the world; cut the file, at most "
+            f"{_BIGGEST / 1e6:.0f} million"
+        )
 
 
 def _backwards(data: Any, dimension: str | None) -> bool:
