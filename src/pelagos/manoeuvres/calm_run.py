@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError, ScenarioError
-from pelagos.manoeuvres.approach import RUDDERS
+from pelagos.manoeuvres.approach import HELD, RUDDERS
 from pelagos.manoeuvres.measures import FULL_HELM, Measure
 from pelagos.manoeuvres.trial import Track, Trial
 from pelagos.sim.simulation import Simulation
@@ -22,8 +22,10 @@ _RATE_AFLOAT_HZ: Final = 10
 _DEEP: Final = 10.0  # lengths: the surface is far from those that do not float
 _SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
 _WAY: Final = 20.0  # lengths of depth below
-_SETTLED: Final = 0.005  # share of the largest rate by which it then still changes
-_SPANS: Final = 40  # looks at most
+_CREEPS: Final = 1e-3  # m/s, by which a length is divided at least
+_SETTLED: Final = 0.001  # share of the largest rate, and of the speed, by which they then still change
+_SPANS: Final = 100  # looks at most
+_ROWS: Final = 16  # kept of each
 _ROUNDED: Final = 1e-6  # deg: limits are kept in rad
 _MODE: Final = "each_actuator_of_the_trial"  # the control mode that is added for it
 _ROOM: Final = 400.0  # lengths of ground, either way, where its depth counts
@@ -150,6 +152,18 @@ class CalmRun:
                 return True
         return False
 
+    def holds_speed(self) -> bool:
+        """Whether it gained hardly any speed in its last length."""
+        now = self.now.ahead
+        back = math.ceil(self.length / max(now, _CREEPS) * self.rate_hz)
+        return back < len(self.rows) and now - float(self.rows[-1 - back][_VELOCITY][0]) <= HELD * now
+
+    def _go_on(self, ticks: int) -> None:
+        """Run at one command, of which the end alone is kept: ten times as fast as `go`."""
+        self.sim.step({"it": self.command})
+        self.sim.run((ticks - 1) / self.rate_hz)
+        self.keep()
+
     def track(self) -> Track:
         """Everything so far."""
         table = np.array(self.rows)
@@ -181,7 +195,7 @@ class CalmRun:
         kinds = ", ".join(self.vehicle.actuator_names) or "none"
         raise InputError(
             f"{self.vehicle.name} has no ship's rudder (actuators: {kinds}); "
-            "what it can do is decay, and with thrusters bollard"
+            "what it can do is decay, and with thrusters stop and bollard"
         )
 
     def done(self, name: str, ordered: str, measures: list[Measure], switched: list[float]) -> Trial:
@@ -207,18 +221,23 @@ class CalmRun:
         return float(np.degrees(np.mean([row[_YAW_RATE] for row in self.rows[-last:]])))
 
     def settled_rate(self, span_s: float) -> float:
-        """Yaw rate [deg/s] once it no longer changes from one span to the next.
+        """Yaw rate [deg/s] once neither it nor the speed changes from one span to the next.
+
+        The rate alone would be taken where it passes an extreme, while the ship still loses or gains way.
 
         Raises:
             InputError: it never settles.
         """
-        largest = max(abs(math.degrees(row[_YAW_RATE])) for row in self.rows)
-        before = math.inf
+        largest = max(abs(row[_YAW_RATE]) for row in self.rows)
+        ticks = max(2, round(span_s * self.rate_hz / _ROWS))
+        before = np.full(2, math.inf)
         for _ in range(_SPANS):
-            self.go(span_s)
-            now = self.mean_yaw_rate(0.25 * span_s)
-            if abs(now - before) <= _SETTLED * max(largest, abs(now)):
-                return now
+            for _ in range(_ROWS):
+                self._go_on(ticks)
+            last = np.array(self.rows[-_ROWS // 4 :])
+            now = np.array([last[:, _YAW_RATE].mean(), np.hypot(*last[:, _VELOCITY][:, :2].T).mean()])
+            if (np.abs(now - before) <= _SETTLED * np.array([max(largest, abs(now[0])), now[1]])).all():
+                return math.degrees(now[0])
             before = now
         raise InputError(
             f"the yaw rate did not settle in {_SPANS * span_s:g} s: give the time at each helm (--seconds)"

@@ -83,7 +83,7 @@ def _spiral(figure: Figure, trial: Trial) -> None:
     it.set_ylabel("steady yaw rate [deg/s], positive to starboard")
     it.legend(loc="upper left")
     height = next(m for m in trial.measures if m.name.startswith("height"))
-    it.text(0.98, 0.03, f"height of the loop at 0 deg: {height.value:.3f} deg/s", transform=it.transAxes, ha="right")
+    it.text(0.98, 0.03, f"{height.name}: {height.value:.3f} deg/s", transform=it.transAxes, ha="right")
     _series(axes, trial)
 
 
@@ -118,9 +118,9 @@ def _bollard(figure: Figure, trial: Trial) -> None:
     pulls = [m for m in trial.measures if m.unit == "N"]
     lost = [m for m in trial.measures if m.unit == "%"]
     panels = figure.subplots(1 + bool(lost), 1, squeeze=False, height_ratios=[len(pulls), len(lost)][: 1 + bool(lost)])
-    for axes, bars, label in zip(
-        panels[:, 0], (pulls, lost), ("pull [N], positive ahead", "thrust lost [%]"), strict=False
-    ):
+    said = {m.name.rpartition(", ")[2]: None for m in pulls if m.value > 0}  # in the order of the thrusters
+    labels = (f"pull [N], positive {', '.join(said)}", "thrust lost [%]")
+    for axes, bars, label in zip(panels[:, 0], (pulls, lost), labels, strict=False):
         values = [m.value for m in bars]
         colours = [theme.SECOND if m.unit == "%" else theme.TRUTH if m.value > 0 else theme.SENSOR for m in bars]
         drawn = axes.barh([m.name for m in bars], values, color=colours, height=0.6)

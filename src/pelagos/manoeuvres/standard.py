@@ -19,12 +19,16 @@ from pelagos.vehicles.actuators.mmg import MmgShipConfig
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
-_RUN_UP_S: Final = 60.0
+_RUN_UP_S: Final = 600.0  # at most
 _RUN_UP_UNDER_WATER_S: Final = 5.0  # nobody is at the helm: it pitches and turns later on
 _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
 _STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
 _LAST: Final = 0.1  # share of a time that was given, over which its rate is the mean
 _SPAN: Final = 4.0  # lengths run between two looks at a rate that settles
+_HELMS: Final = (1.0, 0.5, 0.25, 0.1, 0.05, 0.025)  # of a spiral's largest: close together where a loop is
+_WAYS: Final = (("astern", "ahead"), ("to port", "to starboard"), ("up", "down"))
+_ALONG, _ACROSS, _UPRIGHT = _WAYS
+_HALF: Final = 0.5  # share of its push with which a thruster counts as one along the hull
 _TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
 
 
@@ -98,7 +102,7 @@ def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     run, speed = _under_way(vehicle, orders)
     most = abs(orders.rudder_deg or 20.0)
     helm = run.helm(most)
-    down = [most * s for s in (1, 0.5, 0.25, 0.1, 0, -0.1, -0.25, -0.5, -1)]
+    down = [most * share for share in (*_HELMS, 0.0, *(-h for h in reversed(_HELMS)))]
     rates: list[float] = []
     for angle in (*down, *down[::-1]):
         run.command[helm] = math.radians(angle)
@@ -114,25 +118,35 @@ def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     ]
     back = list(zip(down, starboard, strict=True))[:-1]  # the last steady turn to port is the first back
     found += [Measure(f"yaw rate at {a:+g} deg of helm, sweep back", rate, "deg/s") for a, rate in back]
-    found.append(Measure("height of the loop at 0 deg", abs(port[4] - starboard[4]), "deg/s"))
+    apart = np.abs(np.subtract(port, starboard)[:-1])  # at the last helm it turned once
+    widest = int(np.argmax(apart))
+    found.append(Measure(f"height of the loop, at {down[widest]:+g} deg", float(apart[widest]), "deg/s"))
     trial = run.done("spiral", f"helm {most:g} to -{most:g} deg and back at {speed:.4g} m/s", found, [])
     return replace(trial, steady=np.stack([[*down, *down[::-1]], rates], axis=1))
 
 
 def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
-    """From full speed, or at once from the ordered one, thrusters along the hull full astern until the speed is 0."""
-    run = CalmRun(vehicle, first_speed(Vehicle.from_dict(vehicle), orders), depth=orders.depth_m)
+    """From its largest speed, or what thrusters make if that is less, or at once from the ordered one: thrusters along
+    the hull full astern until the speed is 0.
+    """
+    ordered = None if orders.speed_m_s is None else first_speed(Vehicle.from_dict(vehicle), orders)
+    run = CalmRun(vehicle, ordered or 0.0, depth=orders.depth_m)
     low, ahead = {}, []
-    for k, actuator in enumerate(run.vehicle.model.actuators.values()):
-        if hasattr(actuator, "thrust_limits") and hasattr(actuator, "effect") and abs(float(actuator.effect[0])) > 0.5:
+    parts: list[Any] = list(run.vehicle.model.actuators.values())
+    for k, actuator in enumerate(parts):
+        if hasattr(actuator, "thrust_limits") and _way(actuator) is _ALONG:
             low[k] = actuator.lag.low if actuator.effect[0] > 0 else actuator.lag.high
             ahead.append((k, actuator.lag.high if actuator.effect[0] > 0 else actuator.lag.low))
     if not low:
         raise InputError(f"{run.vehicle.name} has no thruster along its hull that can be set astern")
-    if orders.speed_m_s is None:
+    if ordered is None:
         for k, command in ahead:
             run.command[k] = command
-        run.go(orders.seconds or (_RUN_UP_S if run.floats else _RUN_UP_UNDER_WATER_S))
+        top = run.vehicle.config.envelope.top_mps or math.inf
+        run.go(
+            orders.seconds or (_RUN_UP_S if run.floats else _RUN_UP_UNDER_WATER_S),
+            until=lambda: run.now.ahead >= top or run.holds_speed(),
+        )
     began = run.now
     for k, command in low.items():
         run.command[k] = command
@@ -166,11 +180,25 @@ def bollard(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     found = []
     for name, actuator in run.vehicle.model.actuators.items():
         if hasattr(actuator, "thrust_limits"):
-            astern, ahead = (float(limit) * _felt(actuator) for limit in actuator.thrust_limits)
-            found += [Measure(f"{name}, ahead", ahead, "N"), Measure(f"{name}, astern", astern, "N")]
+            against, along = way = _way(actuator)
+            turned = 1.0 if _ways(actuator) == way else -1.0  # it pushes against that way at its upper limit
+            least, most = sorted(turned * float(limit) * _felt(actuator) for limit in actuator.thrust_limits)
+            found += [Measure(f"{name}, {along}", most, "N"), Measure(f"{name}, {against}", least, "N")]
     if not found:
         raise InputError(f"{run.vehicle.name} has no thruster")
     return run.done("bollard", "still water", found + _jet_losses(run.vehicle.model), [])
+
+
+def _way(actuator: Any) -> tuple[str, str]:
+    """Of the three ways of `_WAYS`, that of a thruster's push: along the hull where half of it or more is."""
+    x, y, z = (abs(float(push)) for push in actuator.effect[:3])
+    return _ALONG if x > _HALF * math.hypot(x, y, z) else _ACROSS if y >= z else _UPRIGHT
+
+
+def _ways(actuator: Any) -> tuple[str, str]:
+    """Words for the push of a thruster at its lower and at its upper limit."""
+    way = _way(actuator)
+    return way if float(actuator.effect[_WAYS.index(way)]) > 0 else way[::-1]
 
 
 def _felt(actuator: Any) -> float:
@@ -183,9 +211,10 @@ def _jet_losses(model: Model) -> list[Measure]:
     """Thrust that a jet takes from a thruster, both at a limit, where it takes a hundredth or more."""
     found = []
     for jet in model.interaction.jets if model.interaction is not None else ():
-        limits = [model.actuators[name].thrust_limits for name in (jet.source, jet.target)]  # type: ignore[attr-defined]
-        for i, there in enumerate(("astern", "ahead")):
-            for k, here in enumerate(("astern", "ahead")):
+        pair = [model.actuators[name] for name in (jet.source, jet.target)]
+        limits = [actuator.thrust_limits for actuator in pair]  # type: ignore[attr-defined]
+        for i, there in enumerate(_ways(pair[0])):
+            for k, here in enumerate(_ways(pair[1])):
                 source, target = float(limits[0][i]), float(limits[1][k])
                 lost = 1 - model.interaction.left(model.actuators, jet, source=source, target=target)  # type: ignore[union-attr]
                 if lost >= _TOLD:
