@@ -83,10 +83,9 @@ def approach(vehicle: Mapping[str, Any], orders: Orders) -> Approach:
         return Approach(vehicle, speed, _ordered(ship, speed, states, engines, depth))
     for name, actuator in ship.model.actuators.items():
         if isinstance(actuator, MmgShip):
-            if gain < 0:
+            if gain < 0 and depth is not None:  # in deep water the envelope says how fast it goes
                 most = _held_speed(ship, speed, states, depth)
-                water = "" if depth is None else f" in {depth:g} m of water"
-                raise InputError(f"--speed {speed:g}: {ship.name} makes at most {most:.3g} m/s{water}")
+                raise InputError(f"--speed {speed:g}: {ship.name} makes at most {most:.3g} m/s in {depth:g} m of water")
             turned = [with_actuator(vehicle, name, {"revolutions_hz": x * actuator.revolutions}) for x in _PARABOLA]
             gains = [float(_surge(Vehicle.from_dict(v), speed, states, depth)[0]) for v in turned]
             held = float(np.roots(np.polyfit(_PARABOLA, gains, 2)).real.max() * actuator.revolutions)
