@@ -13,7 +13,7 @@ import pytest
 from pydantic import BaseModel
 
 import pelagos as pl
-from pelagos.errors import InputError, LookupFailed, ScenarioError, SimulationError
+from pelagos.errors import InputError, ScenarioError, SimulationError
 from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.clock import clock_of
 from pelagos.identification.constants import numbers_of, with_numbers
@@ -26,7 +26,7 @@ from pelagos.identification.parameters import Family, Parameter, parameters_of
 from pelagos.identification.plan import ColumnConfig
 from pelagos.identification.plausibility import _explained
 from pelagos.identification.problem import Problem, Target, target
-from pelagos.identification.recording import _field, _series, read_recording
+from pelagos.identification.recording import read_recording
 from pelagos.identification.search import _improve, search
 from pelagos.identification.shots import Shooter, Shots
 from pelagos.identification.steps import finite_substeps, step_shift
@@ -43,7 +43,7 @@ def clock(stamps, **column):
 def test_stamps_that_are_no_numbers_or_too_far_apart_are_refused():
     stamps = np.arange(12.0)
     stamps[[4, 9]] = np.nan, np.inf
-    with pytest.raises(InputError, match="^data: the time of row 5 is not a number$"):
+    with pytest.raises(InputError, match=r"^data: the time of row 5 is not a number$"):
         clock(stamps)
     assert clock(60.0 * np.arange(12)).step_s == 60
     with pytest.raises(
@@ -123,7 +123,7 @@ def test_values_that_no_vehicle_has_are_named():
 
 
 def test_parameters_that_are_more_than_numbers_of_the_model_are_refused():
-    with pytest.raises(InputError, match="plan: parameters.m: it goes into a table, which has no gradient"):
+    with pytest.raises(InputError, match=r"plan: parameters.m: it goes into a table, which has no gradient"):
         family_of("kvlcc2", m="mass.mass_kg")
     parameter = Parameter("K", ("lift",), (1.0,), 2.0, 1.0, -np.inf, np.inf, False)
     family = Family.__new__(Family)
@@ -147,7 +147,7 @@ def test_a_vehicle_without_a_surface_has_no_motion_below_it():
     assert deep_model(build_model(pl.Vehicle.from_catalogue("quadrotor").config)) is None
     airy = SimpleNamespace(keeps="dry")
     assert deep_model(replace(model, terms={**model.terms, "drag": airy})) is None
-    (name, first), *_ = model.actuators.items()
+    (name, _first), *_ = model.actuators.items()
     assert deep_model(replace(model, actuators={name: SimpleNamespace(site=airy)})) is None
 
 
@@ -223,7 +223,7 @@ def test_beams_of_a_log_are_four_of_one_length_and_enough():
     with pytest.raises(InputError, match=r"as many pings each, not \[200, 200, 200, 199\]"):
         fit_beams([*beams[:3], beams[3, :-1]])
     beams[2, 17] = np.nan
-    with pytest.raises(InputError, match="^199 pings have all four beams: give 200 or more$"):
+    with pytest.raises(InputError, match=r"^199 pings have all four beams: give 200 or more$"):
         fit_beams(list(beams))
 
 
@@ -303,7 +303,7 @@ def test_ten_rows_outside_of_drop_outs_are_enough():
     plan, rows = load_plan({**PLAN, "dropouts": [{"columns": ["lost", "mark"], "value": -9}]}), np.arange(30.0)
     data = {"t": 0.1 * rows, "x": rows**1.5, "mark": np.full(30, -9.0)}
     read = lambda kept: read_record({**data, "lost": np.where(rows < kept, 0.0, -9.0)}, plan).runs
-    with pytest.raises(InputError, match="^data: only 9 rows are left outside the drop-outs of the plan$"):
+    with pytest.raises(InputError, match=r"^data: only 9 rows are left outside the drop-outs of the plan$"):
         read(9)
     with pytest.raises(InputError, match="no stretch of the record is longer than 1 s, 10 steps"):
         read(10)
@@ -344,8 +344,9 @@ def test_a_loss_is_by_squares_or_hubers_and_infinite_where_the_motion_is():
     assert loss("huber") == pytest.approx(0.5 + 1.345 * (3 + 2 - 1.345))
     seen = np.zeros((2, 1, 1))
     problem = SimpleNamespace(
-        shooter=SimpleNamespace(play=lambda *_, **__: (seen, None)), family=SimpleNamespace(compiled_values=lambda _: None),
-        wanted=Target(("north",), np.array([[[3.0]], [[np.nan]]])), sigma=np.array([2.0]), free=[], prior=np.array([1.0]),
+        shooter=SimpleNamespace(play=lambda *_, **__: (seen, None)), free=[],
+        family=SimpleNamespace(compiled_values=lambda at: None), sigma=np.array([2.0]), prior=np.array([1.0]),
+        wanted=Target(("north",), np.array([[[3.0]], [[np.nan]]])),
         precision=np.array([4.0]), hidden=[(0, 5.0, 2.5)], joined=(), _rho=lambda off: 0.5 * np.nansum(off**2),
     )  # fmt: skip
     assert Problem.loss(problem, np.array([1.5]), None)[0] == pytest.approx((1.5**2 + 4 * 0.5**2 + 2**2) / 2)
@@ -377,12 +378,12 @@ def replace_of(given: SimpleNamespace, **keys) -> SimpleNamespace:
     return SimpleNamespace(**{**vars(given), **keys})
 
 
-def test_substeps_are_the_first_with_which_the_motion_is_finite():
+@pytest.mark.parametrize(("first", "expected"), [(1, 1), (3, 4), (8, 8), (9, 16)])
+def test_substeps_are_the_first_with_which_the_motion_is_finite(first, expected):
     family = SimpleNamespace(parameters=[], compiled_values=lambda at: None)
-    for first, expected in ((1, 1), (3, 4), (8, 8), (9, 16)):
-        shooter = SimpleNamespace(divide=lambda n: setattr(shooter, "substeps", n))
-        shooter.play = lambda *_, **__: (np.array([1.0, 0.0 if shooter.substeps >= first else np.nan]), None)  # noqa: B023
-        assert finite_substeps(shooter, family, None, None) == expected
+    shooter = SimpleNamespace(divide=lambda n: setattr(shooter, "substeps", n))
+    shooter.play = lambda *_, **__: (np.array([1.0, 0.0 if shooter.substeps >= first else np.nan]), None)
+    assert finite_substeps(shooter, family, None, None) == expected
 
 
 def test_a_step_whose_half_is_not_finite_shifts_without_bound():

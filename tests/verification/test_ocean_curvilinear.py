@@ -145,26 +145,14 @@ def test_land_is_still(tmp_path: Path) -> None:
     ) == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("order", "of_places", "backwards"),
-    [
-        (("time_counter", "deptht", "y", "x"), ("y", "x"), ()),
-        (("deptht", "time_counter", "y", "x"), ("x", "y"), ("deptht",)),
-        (("x", "deptht", "time_counter", "y"), ("y", "x"), ("time_counter",)),
-        (("y", "time_counter", "x", "deptht"), ("y", "x"), ("y", "deptht", "time_counter")),
-    ],
-)
-def test_turned_grid_on_depth_levels(
-    tmp_path: Path, order: tuple[str, ...], of_places: tuple[str, ...], backwards: tuple[str, ...]
-) -> None:
-    """As NEMO writes it: nav_lat and nav_lon, depths in metres, velocities already to east and north; dimensions in
-    any order, and those that fall."""
+def nemo() -> Any:
+    """As NEMO writes it: nav_lat and nav_lon, depths in metres, velocities already to east and north."""
     lat, lon = lat_lon(*np.meshgrid(np.arange(17.0), np.arange(19.0), indexing="ij"))
     depth = np.array([0.5, 5.0, 15.0, 40.0])
     z = -depth[None, :, None, None]
     t = HOURS[:, None, None, None]
     full = ("time_counter", "deptht", "y", "x")
-    data = xarray.Dataset(
+    return xarray.Dataset(
         {
             "uo": (full, np.broadcast_to(east(lat, lon, z, t), (2, 4, 17, 19)), {"units": "m/s"}),
             "vo": (full, np.broadcast_to(north(lat, lon, z, t), (2, 4, 17, 19)), {"units": "m/s"}),
@@ -177,7 +165,22 @@ def test_turned_grid_on_depth_levels(
             "deptht": ("deptht", depth, {"units": "m", "positive": "down"}),
         },
     )
-    data = data.isel({name: slice(None, None, -1) for name in backwards})
+
+
+@pytest.mark.parametrize(
+    ("order", "of_places", "backwards"),
+    [
+        (("time_counter", "deptht", "y", "x"), ("y", "x"), ()),
+        (("deptht", "time_counter", "y", "x"), ("x", "y"), ("deptht",)),
+        (("x", "deptht", "time_counter", "y"), ("y", "x"), ("time_counter",)),
+        (("y", "time_counter", "x", "deptht"), ("y", "x"), ("y", "deptht", "time_counter")),
+    ],
+)
+def test_turned_grid_on_depth_levels(
+    tmp_path: Path, order: tuple[str, ...], of_places: tuple[str, ...], backwards: tuple[str, ...]
+) -> None:
+    """Dimensions in any order, and those that fall."""
+    data = nemo().isel({name: slice(None, None, -1) for name in backwards})
     for name, dimensions in (
         *((v, order) for v in ("uo", "vo", "temp")),
         ("nav_lat", of_places),
@@ -211,6 +214,73 @@ def test_velocities_along_a_turned_grid_need_its_angle(tmp_path: Path) -> None:
         ScenarioError, match=r"'u' and 'v' are along the axes .* turned by up to 25.* lacks its 'angle'"
     ):
         build(roms().drop_vars("angle"), tmp_path / "roms.nc")
+
+
+@pytest.mark.parametrize("change", ["no time", "surface", "upwards", "angle"])
+def test_turned_grids_told_otherwise(tmp_path: Path, change: str) -> None:
+    """The same water; an `angle` turns no velocity that goes to east and north already."""
+    data, hour, levels = nemo(), 3.0, True
+    if change == "no time":
+        data, hour = data.isel(time_counter=1, drop=True), 6.0
+    elif change == "surface":
+        data, levels = data.isel(deptht=1, drop=True), False
+    elif change == "upwards":
+        data = data.assign_coords(deptht=("deptht", -data.deptht.values, {"units": "m"}))
+    else:
+        data["angle"] = (("y", "x"), np.full((17, 19), TURN), {"units": "radians"})
+        data.uo.attrs["standard_name"] = "eastward_sea_water_velocity"
+        data.vo.attrs["standard_name"] = "northward_sea_water_velocity"
+    sea = build(data, tmp_path / "nemo.nc")
+    position, lat, lon, z = places()
+    to_east, to_north = to_true(np.array(sea.current(position, jit.Float64(hour * 3600))), lat, lon)
+    z = z if levels else np.full(len(lat), -5.0)
+    assert to_east == pytest.approx(east(lat, lon, z, hour), abs=2e-6)
+    assert to_north == pytest.approx(north(lat, lon, z, hour), abs=2e-6)
+
+
+def test_a_surface_that_does_not_change_in_time(tmp_path: Path) -> None:
+    data = roms(zeta=0.8)
+    data["zeta"] = data.zeta.isel(ocean_time=0)
+    position, _, _, z = places()
+    warmth = np.array(build(data, tmp_path / "roms.nc").temperature(position, jit.Float64(7200.0)))
+    assert warmth == pytest.approx(20 + 0.2 * z, abs=1e-3)
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    ("gap", r"'nav_lat' or 'nav_lon' has gaps"),
+    ("gap in longitude", r"'nav_lat' or 'nav_lon' has gaps"),
+    ("one place", "the points of 'uo' coincide"),
+    ("empty", "'vo' has no value in the world's window"),
+    ("two levels", r"cannot tell what the dimensions \['deptht', 'member'\] of 'uo' are"),
+    ("no depths", "the dimension 'deptht' has no coordinate values; depths in metres are needed"),
+    ("times again", "time does not increase"),
+    ("depths again", "the depths of 'deptht' neither increase nor decrease from entry to entry"),
+    ("pressure", r"depths of 'deptht' must be in metres \(units: m\), not in 'dbar'"),
+    ("no unit", r"depths of 'deptht' must be in metres \(units: m\), not without units"),
+])  # fmt: skip
+def test_turned_grids_that_cannot_be_read_are_refused(tmp_path: Path, change: str, message: str) -> None:
+    data = nemo()
+    if change == "gap":
+        data.nav_lat.values[3, 4] = np.nan
+    elif change == "gap in longitude":
+        data.nav_lon.values[3, 4] = np.nan
+    elif change == "one place":
+        data.nav_lat.values[:], data.nav_lon.values[:] = 45.0, 13.0
+    elif change == "empty":
+        data["vo"] = (data.vo * np.nan).assign_attrs(units="m/s")
+    elif change == "two levels":
+        data["uo"] = data.uo.expand_dims(member=2, axis=2).assign_attrs(units="m/s")
+    elif change == "no depths":
+        data = data.drop_vars("deptht")
+    elif change == "times again":
+        data = data.isel(time_counter=[1, 1])
+    elif change == "depths again":
+        data = data.assign_coords(deptht=("deptht", np.array([0.5, 5.0, 5.0, 40.0]), {"units": "m"}))
+    else:
+        units = {"units": "dbar"} if change == "pressure" else {}
+        data = data.assign_coords(deptht=("deptht", data.deptht.values, units))
+    with pytest.raises(ScenarioError, match=rf"nemo\.nc: .*{message}"):
+        build(data, tmp_path / "nemo.nc")
 
 
 @pytest.mark.parametrize(

@@ -161,7 +161,7 @@ factor = 2.0
 
 def test_functions_that_read_from_outside_of_themselves_are_refused() -> None:
     """Recorded once, they would go on with the first value."""
-    for name, reads in (("indirect", "SPEEDS, factor"), ("listed", "SPEEDS"), ("closed", "held")):
+    for name, reads in (("indirect", "SPEEDS, factor"), ("listed", "SPEEDS"), ("closed", "held"), ("lost", "not_here")):
         with pytest.raises(ScenarioError, match=f"reads {reads} from outside"):
             ocean(currents={"type": "python", "function": f"{__name__}:{name}"})
     with pytest.raises(ScenarioError, match="reads factor from outside"):
@@ -171,6 +171,10 @@ def test_functions_that_read_from_outside_of_themselves_are_refused() -> None:
 
 def listed(position, t):
     return jit.Array3f64(sum(s for s in SPEEDS), 0.0, 0.0)
+
+
+def lost(position, t, depth=0):
+    return lost(position, t, 1) if depth else not_here * position  # noqa: F821
 
 
 def scaled(position, t):
@@ -262,6 +266,23 @@ def test_drifting_plume_follows_the_current_and_conserves_its_content() -> None:
     content = trapezoid(trapezoid(trapezoid(c, z, axis=2), y, axis=1), x)
     assert content == pytest.approx(3.0 * 300, rel=0.02)
     assert np.array(sea.tracer("drifting", points((250, 0, -20)), jit.Float64(300.0)))[0] < 1e-6
+
+
+def test_currents_carry_a_plume_of_warm_or_fresh_water_as_any_other() -> None:
+    """On top of an even field, 3 units of a tracer a second are 3 m^3/s that are 1 degC warmer, or 1 saltier."""
+    stream = {"type": "uniform", "speed_mps": 0.5, "towards_deg": 0}
+    plume = {"type": "drifting_plume", "duration_s": 600, "puffs": 60, "source_m": [0, 0, -20], "rate": 3.0,
+             "spread_m2ps": 0.1, "spread_up_m2ps": 0.02}  # fmt: skip
+    even = lambda value: {"type": "uniform", "value": value}
+    sea = ocean(
+        currents=[stream], tracers={"dye": [plume]}, temperature_c=[even(10), plume], salinity=[even(35), plume]
+    )
+    place, t = points((60, 0, -20), (100, 5, -18), (-20, 0, -20)), jit.Float64(600.0)
+    dye = np.array(sea.tracer("dye", place, t))
+    assert dye[0] > 0.05
+    assert dye[2] < 1e-3
+    assert np.array(sea.temperature(place, t)) - 10 == pytest.approx(dye, abs=1e-9)
+    assert np.array(sea.salinity(place, t)) - 35 == pytest.approx(dye, abs=1e-9)
 
 
 @pytest.mark.parametrize("depth", [None, 12.0])
@@ -361,6 +382,22 @@ def test_wind_profile_and_gusts() -> None:
         (
             {"currents": {"type": "profile", "depth_m": [0, 5], "speed_mps": [1], "towards_deg": [0, 0]}},
             "(at least 2|rows)",
+        ),
+        (
+            {"currents": {"type": "profile", "depth_m": [0, 5, 9], "speed_mps": [1, 2], "towards_deg": [0, 0, 0]}},
+            "depth_m, speed_mps and towards_deg must have the same number of rows, not 3, 2 and 3",
+        ),
+        (
+            {"currents": {"type": "profile", "depth_m": [0, 5], "speed_mps": [1, 2], "towards_deg": [0, 0, 0]}},
+            "the same number of rows, not 2, 2 and 3",
+        ),
+        (
+            {"temperature_c": {"depth_m": [0, 5, 9], "value": [9, 8]}},
+            "depth_m has 3 rows, value 2; they must be as many",
+        ),
+        (
+            {"waves": {"type": "table", "frequency_hz": [0.1, 0.2, 0.3], "density_m2phz": [1, 2]}},
+            "frequency_hz and density_m2phz must have as many entries, not 3 and 2",
         ),
         ({"currents": {"type": "profile", "depth_m": [5, 0], "speed_mps": [1, 1], "towards_deg": [0, 0]}}, "increase"),
         ({"currents": {"type": "turbulence", "rms_mps": 1, "largest_m": 1, "smallest_m": 2}}, "larger"),

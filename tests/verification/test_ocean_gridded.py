@@ -1,5 +1,6 @@
 """Fields from NetCDF: exact at the grid's points, linear between, and clear about what is outside or wrong."""
 
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,6 +11,9 @@ from pelagos import jit
 from pelagos.errors import ScenarioError, ValidityWarning
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.ocean.gridded import GriddedCurrentConfig
+from pelagos.ocean.site import Site
+from pelagos.ocean.tracer import GriddedFieldConfig
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("netCDF4")
@@ -356,9 +360,22 @@ def test_other_conventions(tmp_path: Path, change: str) -> None:
         ("start", "lies outside"),
         ("bad start", "ISO"),
         ("wrong name", "did you mean 'uo'"),
+        ("member", "cannot tell what the dimension 'member' of 'uo' is; expected time, depth, latitude and longitude"),
+        ("no latitude", r"'uo' has no coordinate of latitude \(dimensions: time, depth, longitude\)"),
+        ("no longitude", r"'uo' has no coordinate of longitude \(dimensions: time, depth, latitude\)"),
+        ("no latitudes", "the dimension 'latitude' has no coordinate values$"),
+        ("one row", "the coordinate 'latitude' has 1 entries; at least two are needed"),
+        ("y without units", "the coordinate 'y' has no units; known: degrees_north, m"),
+        ("no depths", "the dimension 'depth' has no coordinate values; depths in metres are needed"),
+        ("no times", "the dimension 'time' has no coordinate values"),
+        ("to and fro", "the coordinate of latitude does not increase from entry to entry"),
+        ("twice", "the coordinate of depth does not increase from entry to entry"),
+        ("times again", "the coordinate of time does not increase from entry to entry"),
+        ("hole", "the coordinate of longitude does not increase from entry to entry"),
+        ("large", "0 million values of each variable fall into the world; cut the file, at most 0 million"),
     ],
 )
-def test_bad_files(tmp_path: Path, change: str, message: str) -> None:
+def test_bad_files(tmp_path: Path, change: str, message: str, monkeypatch) -> None:
     data, path, more = dataset(), tmp_path / "currents.nc", {}
     if change == "no units":
         del data.uo.attrs["units"]
@@ -389,6 +406,26 @@ def test_bad_files(tmp_path: Path, change: str, message: str) -> None:
         more = {"start": "yesterday"}
     elif change == "wrong name":
         more = {"east_variable": "u0"}
+    elif change == "member":
+        data["uo"] = data.uo.expand_dims(member=2).assign_attrs(data.uo.attrs)
+    elif change in ("no latitude", "no longitude"):
+        data = data.isel({change[3:]: 0}, drop=True)
+    elif change in ("no latitudes", "no depths", "no times"):
+        data = data.drop_vars(change[3:-1])
+    elif change == "one row":
+        data = data.isel(latitude=[4])
+    elif change == "y without units":
+        data = data.rename(latitude="y").assign_coords(y=("y", LAT))
+    elif change == "to and fro":
+        data = data.isel(latitude=[0, 1, 2, 4, 3, 5])
+    elif change == "twice":
+        data = data.isel(depth=[0, 1, 1, 2])
+    elif change == "times again":
+        data = data.isel(time=[0, 1, 1])
+    elif change == "hole":
+        data = data.assign_coords(longitude=("longitude", np.where(LON > 13.1, np.nan, LON), data.longitude.attrs))
+    elif change == "large":
+        monkeypatch.setattr("pelagos.ocean.netcdf._BIGGEST", 3 * 4 * 11 * 9 - 1)
     if change == "not netcdf":
         path.write_text("no data here")
     elif change == "folder":
@@ -478,3 +515,44 @@ def test_gaps_take_the_value_that_is_nearest_in_metres(tmp_path: Path) -> None:
     x, y = origin.to_xy(lat[5], lon[4])
     found = np.array(sea.temperature(jit.Array3f64(float(x), float(y), -1.0), jit.Float64(0.0))).item()
     assert min(abs(found - values[5, k]) for k in (2, 6)) < 1e-6
+
+
+def test_as_many_values_as_may_be(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("pelagos.ocean.netcdf._BIGGEST", 3 * 4 * 11 * 9)
+    build(write(tmp_path / "a.nc", dataset()))
+
+
+def test_a_file_is_checked_without_a_device(tmp_path: Path) -> None:
+    """As a run would read it: only `outside: error` refuses a world that it does not cover."""
+    path = write(tmp_path / "a.nc", dataset())
+    site = lambda south: Site(ORIGIN, ((-south, -100.0, -30.0), (100.0, 100.0, 0.0)))
+    config = {"type": "gridded", "file": str(path)}
+    for south, outside in ((100.0, "error"), (20_000.0, "clamp")):
+        GriddedCurrentConfig.model_validate({**config, "outside": outside}).check(site(south))
+    with pytest.raises(
+        ScenarioError, match=r"the world reaches from 44\.8.*, or say 'outside: clamp' or 'outside: fade'"
+    ):
+        GriddedCurrentConfig.model_validate(config).check(site(20_000.0))
+
+
+def test_water_that_is_nowhere_at_the_surface_balances_no_vehicle(monkeypatch) -> None:
+    config = OceanConfig.model_validate({"temperature_c": {"depth_m": [0, 9], "value": [20, 10]}})
+    assert build_ocean(config).ballast is not None
+    monkeypatch.setattr("pelagos.ocean.config.math.isfinite", lambda v: v != 20)
+    with pytest.raises(ScenarioError, match="there is no temperature or salinity at the surface of the world's origin"):
+        build_ocean(config)
+
+
+def test_a_field_of_a_file_says_its_quantity() -> None:
+    field = lambda **keys: GriddedFieldConfig.model_validate({"type": "gridded", "file": "a.nc", **keys}).quantities
+    assert field(quantity="oxygen") == [("oxygen", None)]
+    assert field(variable="dye") == [("dye", "dye")]
+    assert field(quantity="oxygen", variable="dye") == [("oxygen", "dye")]
+    with pytest.raises(ScenarioError, match="quantity: say which quantity to read from the file"):
+        field()
+
+
+def test_files_need_their_readers(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "netCDF4", None)
+    with pytest.raises(ScenarioError, match=r"the extra 'bathymetry': pip install pelagos\[bathymetry\]"):
+        build(Path("a.nc"))

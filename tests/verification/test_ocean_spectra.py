@@ -16,6 +16,7 @@ from pelagos.ocean.spectrum import (
     pierson_moskowitz_peak,
     tma,
 )
+from pelagos.ocean.wave_system import JonswapWavesConfig, TmaWavesConfig
 
 F = np.linspace(0.02, 20.0, 400_000)  # for Tp = 10 s: to 200 fp, where 2e-9 of the energy is left
 
@@ -124,3 +125,16 @@ def test_spreading() -> None:
     grid = np.linspace(-np.pi, np.pi, 2001)
     for s in (0.7, 1, 10, 75):
         assert trapezoid(cos2s(grid, s), grid) == pytest.approx(1, rel=1e-5)
+
+
+def test_seas_without_energy_or_depth_are_none() -> None:
+    rng = np.random.default_rng(2)
+    sea = JonswapWavesConfig(significant_height_m=1.5, peak_period_s=8)
+    energy = 0.5 * (sea.components(rng, None).amplitude ** 2).sum()
+    assert 4 * np.sqrt(energy) == pytest.approx(1.5, rel=2e-3)  # the band leaves 0.1 % out
+    with pytest.raises(ValueError, match=r"the spectrum has no energy between 0\.0625 and 0\.75 Hz"):
+        JonswapWavesConfig(significant_height_m=1e-170, peak_period_s=8).components(rng, None)
+    shallow = TmaWavesConfig(significant_height_m=1.5, peak_period_s=8)
+    assert (shallow.density(np.array([0.1, 0.2]), 9.0) > 0).all()
+    with pytest.raises(ValueError, match="waves of type tma need the ocean's waves_depth_m"):
+        shallow.density(np.array([0.1, 0.2]), None)

@@ -94,3 +94,9 @@ def test_the_limit_is_that_deviation_beyond_which_the_share_lies() -> None:
     assert breaking_limit(waves, 1.5) < 5 * deviation
     assert breaking_limit(Components(*np.zeros((5, 1))), 12.0) == NEVER
     assert whitecap_share(60.0) == 0.5
+
+
+def test_a_flat_sea_has_no_wind_behind_it() -> None:
+    zero = np.zeros(3)
+    assert wind_behind(Components(zero, zero + 0.7, zero + 0.05, zero, zero)) == 0
+    assert wind_behind(Components(zero + 0.3, zero + 2.0, zero + 0.4, zero, zero)) > 0

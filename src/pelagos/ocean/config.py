@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import drjit as dr
@@ -163,12 +164,13 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         with _said_at(f"ocean.currents[{number}]"):
             currents.append(current.build(site))
     waves = make_waves(config.waves, site, depth=config.waves_depth_m, wind=config.wind.speed_mps or None)
+    build = partial(_build, currents=currents, site=site, waves=waves)
     tracers = {}
     for name, f in config.tracers.items():
         with _said_at(f"ocean.tracers.{name}"):
-            tracers[name] = [_build(c, currents, site, waves) for c in components_of(f)]
+            tracers[name] = [build(c) for c in components_of(f)]
     with _said_at("ocean, temperature_c or salinity"):
-        masses = make_water(config.temperature_c, config.salinity, site)
+        masses = make_water(config.temperature_c, config.salinity, site, build)
     elevation, azimuth = config.sun.angles(site.origin)
     weather = config.weather.weather()
     ocean = Ocean(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pelagos.errors import ScenarioError
 from pelagos.ocean.grid_data import GriddedData, Windows
-from pelagos.ocean.netcdf_variable import cell_of, in_our_units, without_gaps
+from pelagos.ocean.netcdf_variable import cell_of, depths_of, in_our_units, without_gaps
 
 Values = NDArray[np.float64]
 
@@ -324,13 +324,7 @@ def _on_plane(data: Any, path: Path, name: str, row: Values, column: Values, win
 def _depths(data: Any, path: Path, variable: Any, time: str | None) -> Values:
     """Depths [m] of a variable on ordinary levels, in the file's order; one entry where it has none."""
     rest = [str(d) for d in variable.dims[:-2] if d != time]
-    if not rest:
-        return np.zeros(1)
-    if rest[0] not in data.coords:
-        raise ScenarioError(f"{path}: the dimension {rest[0]!r} has no coordinate values; depths in metres are needed")
-    values = np.asarray(data[rest[0]].values, dtype=np.float64)
-    upwards = data[rest[0]].attrs.get("positive", "down") == "up" or values.max() <= 0 > values.min()
-    values = -values if upwards else values
+    values = depths_of(data, path, rest[0] if rest else None)
     steps = np.diff(values)
     if not (np.all(steps > 0) or np.all(steps < 0)):
         raise ScenarioError(f"{path}: the depths of {rest[0]!r} neither increase nor decrease from entry to entry")

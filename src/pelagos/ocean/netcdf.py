@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from pelagos.errors import ScenarioError, did_you_mean
 from pelagos.ocean.curvilinear import is_curvilinear, on_regular_grid
 from pelagos.ocean.grid_data import GriddedData, Windows
-from pelagos.ocean.netcdf_variable import cell_of, check_times, find_variable, in_our_units, seconds_of, without_gaps
+from pelagos.ocean.netcdf_variable import (
+    METRES,
+    cell_of,
+    check_times,
+    depths_of,
+    find_variable,
+    in_our_units,
+    seconds_of,
+    without_gaps,
+)
 
 _AXES: Final = {
     "time": (("time",), "T", ("time", "ocean_time", "time_counter", "mt")),
@@ -24,7 +33,6 @@ _AXES: Final = {
     "longitude": (("longitude", "projection_x_coordinate"), "X", ("longitude", "lon", "nav_lon", "lon_rho", "x")),
 }
 _POTENTIAL: Final = "sea_water_potential_temperature"
-_METRES: Final = ("m", "metre", "meter", "metres", "meters")
 _BIGGEST: Final = 60_000_000  # values of one variable
 
 
@@ -96,7 +104,7 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
             )
     row, column = (_coordinate(data, path, str(axes[a])) for a in ("latitude", "longitude"))
     units = str(data[axes["latitude"]].attrs.get("units", "")).lower()
-    metric = units in _METRES
+    metric = units in METRES
     if not units and not str(axes["latitude"]).lower().startswith(("lat", "nav_lat")):
         raise ScenarioError(f"{path}: the coordinate {axes['latitude']!r} has no units; known: degrees_north, m")
     if not metric:
@@ -107,7 +115,7 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
     window = windows.metres if metric else windows.degrees
     rows, columns = _window(row, window, 0), _window(column, window, 2)
     times = seconds_of(data, path, axes["time"], start)
-    depth = _depths(data, path, axes["depth"])
+    depth = depths_of(data, path, axes["depth"])
     size = len(times) * len(depth) * (rows.stop - rows.start) * (columns.stop - columns.start)
     _check_size(path, size)
     picked = {axes["latitude"]: rows, axes["longitude"]: columns}
@@ -212,23 +220,6 @@ def _coordinate(data: Any, path: Path, dimension: str) -> NDArray[np.float64]:
     if len(values) < 2:
         raise ScenarioError(f"{path}: the coordinate {dimension!r} has {len(values)} entries; at least two are needed")
     return values
-
-
-def _depths(data: Any, path: Path, dimension: str | None) -> NDArray[np.float64]:
-    if dimension is None:
-        return np.zeros(1)
-    if dimension not in data.coords:
-        raise ScenarioError(
-            f"{path}: the dimension {dimension!r} has no coordinate values; depths in metres are needed"
-        )
-    coordinate = data[dimension]
-    units = str(coordinate.attrs.get("units", "")).lower()
-    if units not in _METRES:
-        given = f"in {units!r}" if units else "without units"
-        raise ScenarioError(f"{path}: depths of {dimension!r} must be in metres (units: m), not {given}")
-    values = np.asarray(coordinate.values, dtype=np.float64)
-    upwards = coordinate.attrs.get("positive", "down") == "up" or (values.max() <= 0 and values.min() < 0)
-    return -values if upwards else values
 
 
 def _window(nodes: NDArray[np.float64], window: tuple[float, ...] | None, first: int) -> slice:

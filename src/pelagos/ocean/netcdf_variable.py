@@ -26,6 +26,7 @@ QUANTITIES: Final[dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
 }
 """Standard names and usual names of what we know."""
 
+METRES: Final = ("m", "metre", "meter", "metres", "meters")
 _VELOCITY: Final = {
     "m s-1": 1.0,
     "m/s": 1.0,
@@ -136,6 +137,28 @@ def _moment(start: str) -> np.datetime64:
     if moment.tzinfo is not None:
         moment = moment.astimezone(UTC).replace(tzinfo=None)
     return np.datetime64(moment, "ns")
+
+
+def depths_of(data: Any, path: Path, dimension: str | None) -> NDArray[np.float64]:
+    """Depths of a dimension [m], downwards, as they follow each other in the file; one zero where there is none.
+
+    Raises:
+        ScenarioError: it has no values, or they are not in metres.
+    """
+    if dimension is None:
+        return np.zeros(1)
+    if dimension not in data.coords:
+        raise ScenarioError(
+            f"{path}: the dimension {dimension!r} has no coordinate values; depths in metres are needed"
+        )
+    coordinate = data[dimension]
+    units = str(coordinate.attrs.get("units", "")).lower()
+    if units not in METRES:
+        given = f"in {units!r}" if units else "without units"
+        raise ScenarioError(f"{path}: depths of {dimension!r} must be in metres (units: m), not {given}")
+    values = np.asarray(coordinate.values, dtype=np.float64)
+    upwards = coordinate.attrs.get("positive", "down") == "up" or (values.max() <= 0 and values.min() < 0)
+    return -values if upwards else values
 
 
 def check_times(data: Any, path: Path) -> None:

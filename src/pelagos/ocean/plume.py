@@ -107,10 +107,6 @@ class DriftingPlumeConfig(_Source):
     puffs: int = Field(default=200, ge=2, le=5000)
     """Number of puffs that stand for the plume."""
 
-    def build(self, site: Site) -> ScalarField:
-        """The component on the device."""
-        return self.carried([], site)
-
     def carried(self, currents: list[Current], site: Site, waves: Waves | None = None) -> ScalarField:
         """The component on the device: each puff's path with the mean motion of the water (Runge-Kutta, fourth order).
 

@@ -7,6 +7,7 @@ at the world's origin at t = 0; water elsewhere changes it by less than 0.1 %.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import drjit as dr
@@ -15,7 +16,7 @@ import numpy as np
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.site import Site
-from pelagos.ocean.tracer import FieldsConfig, ScalarField, components_of, total
+from pelagos.ocean.tracer import FieldConfig, FieldsConfig, ScalarField, components_of, total
 from pelagos.ocean.water_column import DEEPEST_M, ProfileConfig, WaterColumn, tabulate
 
 _SALINITY: Final = np.linspace(0.0, 42.0, 43)
@@ -79,12 +80,14 @@ class WaterMass:
         return [sum(share * dr.gather(jit.Float64, table, index) for index, share in corners) for table in tables]
 
 
-def make_water(temperature: FieldsConfig, salinity: FieldsConfig, site: Site) -> WaterColumn | WaterMass:
-    """The water on the device: a column where nothing but depth matters, else a mass."""
+def make_water(
+    temperature: FieldsConfig, salinity: FieldsConfig, site: Site, build: Callable[[FieldConfig], ScalarField]
+) -> WaterColumn | WaterMass:
+    """The water on the device: a column where nothing but depth matters, else a mass of fields that `build` makes."""
     if not isinstance(temperature, tuple) and not isinstance(salinity, tuple):
         return tabulate(temperature, salinity, site).column()
-    temperatures = [c.build(site) for c in components_of(temperature)]
-    salinities = [c.build(site) for c in components_of(salinity)]
+    temperatures = [build(c) for c in components_of(temperature)]
+    salinities = [build(c) for c in components_of(salinity)]
     densities, speeds = _tables(site)
     reference = tabulate(_profile(temperatures, -3, 45), _profile(salinities, 0, 42), site).column()
     mass = WaterMass(temperatures, salinities, jit.Float64(densities), jit.Float64(speeds), reference)
