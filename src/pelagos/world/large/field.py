@@ -42,8 +42,6 @@ class FieldConfig(Described):
     def _one_middle(self) -> Self:
         if (self.centre_m is None) == (self.centre_deg is None):
             raise ValueError("give the field's middle either as centre_m or as centre_deg")
-        if min(self.size_m) <= 0:
-            raise ValueError("size_m must be greater than zero")
         for thing in self.objects:
             if thing.kind == "pipeline":
                 raise ValueError("a pipeline digs into its ground, which a large world does not change; use cable")
