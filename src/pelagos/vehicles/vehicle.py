@@ -392,8 +392,3 @@ class Vehicle:
     def materials(self) -> tuple[str, ...]:
         """Materials of the hull, by name."""
         return hull_materials(self.config.shape, self.config.materials)
-
-    @property
-    def effective_mass_kg(self) -> float:
-        """Mass plus the smallest added mass [kg]: how hard the lightest direction is to stop."""
-        return float(np.diag(self.config.body.mass_matrix)[:3].min())

@@ -54,7 +54,7 @@ class ThirdOrder:
     @property
     def time_constant(self) -> float:
         """Of the slowest mode [s]."""
-        return -1.0 / self.modes.real[0]
+        return -1.0 / max(self.modes.real[0], self.modes.pair[0].real)
 
     def limited(self, state: Array) -> Array:
         """The state as forces see it."""
