@@ -16,7 +16,11 @@ from pelagos.acoustics.bearing import direction_from_phases
 from pelagos.acoustics.channel import delay_spread, impulse_response
 from pelagos.config import registry
 from pelagos.contact.broad_phase import close_pairs
+from pelagos.contact.impulse import _collide_island
 from pelagos.errors import KernelError, LookupFailed, ScenarioError, ValidityWarning
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.optics.film import FilmCurve, film
+from pelagos.optics.light_field import seen_through
 from pelagos.sensors.comms.hydrophone import HydrophoneConfig
 from pelagos.sensors.comms.lbl import LblConfig
 from pelagos.sensors.comms.link.carrier import _stands_between
@@ -33,7 +37,9 @@ from pelagos.sensors.sonar.incidence_sonar import IncidenceSonarConfig
 from pelagos.sensors.sonar.multibeam import MultibeamConfig
 from pelagos.sensors.sonar.ping.interference import Neighbours
 from pelagos.sensors.sonar.ping.multibeam_column import Column
+from pelagos.sensors.sonar.ping.targets import Band, _form
 from pelagos.world.build import build_world, world_config
+from pelagos.world.material import MATERIALS
 
 DT = 100_000_000
 
@@ -329,3 +335,51 @@ def test_scatterers_without_scattering_are_warned_of(ground):
     ):
         sonar(sonar.Config(**keys), ground)
     sonar(sonar.Config(**keys, volume_scattering_db=-50.0), ground)
+
+
+def test_a_standard_sphere_of_tungsten_carbide_rings():
+    """38.1 mm at 38 kHz: -42.4 dB (K. G. Foote et al., ICES Coop. Res. Rep. 144, 1987)."""
+    sphere = SimpleNamespace(solid=SimpleNamespace(kind="sphere", radius=0.01905))
+    band = Band(38_000.0, 1000.0, 100.0, 50.0)
+    strength = lambda name: 20 * math.log10(_form(sphere, MATERIALS[name], band))
+    assert strength("tungsten_carbide") == pytest.approx(-42.4, abs=0.5)
+    rigid = 20 * math.log10(0.01905 / 2)
+    assert abs(strength("steel") - rigid) < 6
+    box = SimpleNamespace(solid=SimpleNamespace(kind="box", radius=0.01905))
+    assert _form(box, MATERIALS["steel"], band) == 0
+
+
+def test_a_film_keeps_middle_grey_with_a_long_toe_too():
+    for toe in (0.5, 0.8, 0.81, 0.9):
+        seen = np.array(film(jit.Float([0.01, 0.18, 1.0]), FilmCurve(toe=toe)))
+        assert seen[1] == pytest.approx(0.18, abs=2e-3)
+        assert (np.diff(seen) > 0).all()
+
+
+def test_a_light_field_without_local_water_is_the_same_everywhere():
+    field = SimpleNamespace(local=None)
+    assert seen_through(field, None, None, None) is field
+
+
+def test_water_that_is_alike_and_flat_needs_no_tables():
+    sea = build_ocean(OceanConfig())
+    place, t = jit.Array3f64(0.0, 0.0, -5.0), jit.Float64(0.0)
+    assert sea.heaviness(place, t) is None
+    assert sea.waves_along(tuple(place), (1.0, 0.0, 0.0), 2.0, t) is None
+    wavy = build_ocean(OceanConfig.model_validate({"waves": {"type": "regular", "height_m": 1, "period_s": 6}}))
+    assert wavy.waves_along(tuple(place), (1.0, 0.0, 0.0), 2.0, t) is not None
+
+
+def test_things_that_nothing_moves_push_nobody():
+    zero = np.zeros((2, 6, 6))
+    impulses = np.zeros((2, 6))
+    contacts = SimpleNamespace(first=np.array([0]), second=np.array([1]))
+    _collide_island(contacts, SimpleNamespace(inverse_mass=zero), np.array([0, 1]), 0.01, impulses)
+    assert not impulses.any()
+
+
+def test_a_scene_without_moving_things_takes_no_poses(ground):
+    scene = ground.scene
+    scene.move(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 3)), np.zeros((1, 3)))
+    assert scene.moving is None
+    assert scene._poses is None

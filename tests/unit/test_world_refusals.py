@@ -33,6 +33,7 @@ from pelagos.world.build import build_world, world_config
 from pelagos.world.doubt import doubts
 from pelagos.world.export import _beside, _plan, load, save
 from pelagos.world.files import read_mesh
+from pelagos.world.generate import harbour as harbour_module
 from pelagos.world.generate.draw import Distribution
 from pelagos.world.generate.grade import GradeConfig
 from pelagos.world.generate.route import route
@@ -564,3 +565,17 @@ def test_copies_beyond_what_a_picture_holds_are_left_out_evenly(monkeypatch):
     assert _shown(world) == list(world.geometries)
     monkeypatch.setattr("pelagos.world.preview._MOST_FACES", 89)
     assert _shown(world) == [copies[0], copies[2], stone, copies[4], copies[6], copies[8]]
+
+
+def test_a_harbour_says_what_found_no_place(monkeypatch):
+    monkeypatch.setattr(Places, "find", lambda *_, **__: None)
+    site = SimpleNamespace(notes=[])
+    harbour = SimpleNamespace(
+        rng={k: np.random.default_rng(k) for k in (5, 6)}, c=SimpleNamespace(boulders=2, debris=1), site=site,
+        places=Places((-9.0, 9.0), (-9.0, 9.0)), pier=SimpleNamespace(fender_y=3.0),
+    )  # fmt: skip
+    builder = next(c for c in vars(harbour_module).values() if isinstance(c, type) and hasattr(c, "_boulders"))
+    builder._boulders(harbour, None)
+    builder._debris(harbour, None)
+    assert site.notes[:2] == [f"boulder {k} of 2 found no free place" for k in (1, 2)]
+    assert site.notes[2].endswith(" 1 of 1 found no free place")

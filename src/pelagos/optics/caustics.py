@@ -82,8 +82,6 @@ def ripple(
         spread = (((n * _GOLDEN) % (2 * math.pi)) / math.pi - 1) * 1.4
         k = TILE / length
         a, b = round(k * math.cos(heading + spread)), round(k * math.sin(heading + spread))
-        if (a, b) == (0, 0):
-            a = 1
         number = 2 * math.pi / TILE * math.hypot(a, b)
         i.append(a)
         j.append(b)
