@@ -370,6 +370,9 @@ def test_a_search_ends_where_no_step_is_better():
     )  # fmt: skip
     assert _improve(problem, problem.normal(np.array([3.0]), None), np.array([3.0]), None, 2.0, 1e-3) is None
     assert min(losses) > 3
+    found = search(problem, None, iterations=5, at=np.array([3.0]))
+    assert found.settled
+    assert (found.at, found.losses) == (3, [])
     with pytest.raises(SimulationError, match="the motion is not finite with the priors: is step_s too long, or a"):
         search(replace_of(problem, loss=lambda at, shots: (np.inf, np.array([[[np.nan]]]))), None, iterations=5)
 

@@ -165,3 +165,7 @@ def test_rays_are_told_the_water_at_their_mount():
     assert seen.data == pytest.approx([11.5, 29.5, -0.9], abs=1e-6)
     assert seen.extras["temperature"] == pytest.approx(20 - 10 * np.array([11.5, 29.5, 0.0]) / 50, abs=1e-2)
     assert seen.extras["salinity"] == pytest.approx(38.0)
+    bath = Bath(Bath.Config(rate_hz=5.0, position_m=(0.0, 0.0, 0.5)), own)
+    told = {name: values for name, values, _ in bath.explain(motion)}
+    np.testing.assert_array_equal(told["data"], seen.data)
+    np.testing.assert_array_equal(told["temperature"], seen.extras["temperature"])

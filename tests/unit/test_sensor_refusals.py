@@ -14,18 +14,23 @@ from pydantic import ValidationError
 from pelagos import jit
 from pelagos.acoustics.bearing import direction_from_phases
 from pelagos.acoustics.channel import delay_spread, impulse_response
+from pelagos.acoustics.section import Section, _levels
 from pelagos.config import registry
 from pelagos.contact.broad_phase import close_pairs
 from pelagos.contact.impulse import _collide_island
 from pelagos.errors import KernelError, LookupFailed, ScenarioError, ValidityWarning
+from pelagos.navigation.error_state import Lanes
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.optics.film import FilmCurve, film
 from pelagos.optics.light_field import seen_through
+from pelagos.sensors.camera.picture.camera_rays import project_points
 from pelagos.sensors.comms.hydrophone import HydrophoneConfig
 from pelagos.sensors.comms.lbl import LblConfig
-from pelagos.sensors.comms.link.carrier import _stands_between
+from pelagos.sensors.comms.link.budget import NOTHING
+from pelagos.sensors.comms.link.carrier import Light, _stands_between
 from pelagos.sensors.comms.link.medium import SharedMedium
 from pelagos.sensors.comms.link.transponders import _check_carrier
+from pelagos.sensors.comms.link.water_paths import WaterPaths
 from pelagos.sensors.comms.modem import ModemConfig
 from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.lidar.range_finder import RangeFinderConfig
@@ -35,7 +40,10 @@ from pelagos.sensors.ray_sensor import RaySensor, _spread
 from pelagos.sensors.sensor import Reading, SensorConfig, SensorContext
 from pelagos.sensors.sonar.incidence_sonar import IncidenceSonarConfig
 from pelagos.sensors.sonar.multibeam import MultibeamConfig
+from pelagos.sensors.sonar.ping.elements import steering_speed
 from pelagos.sensors.sonar.ping.interference import Neighbours
+from pelagos.sensors.sonar.ping.listener import _edge_angle
+from pelagos.sensors.sonar.ping.medium import medium_of
 from pelagos.sensors.sonar.ping.multibeam_column import Column
 from pelagos.sensors.sonar.ping.targets import Band, _form
 from pelagos.world.build import build_world, world_config
@@ -200,7 +208,7 @@ def test_a_part_of_a_batch_has_the_noise_of_each_members_part():
 def test_one_beam_looks_ahead_and_has_the_whole_swath():
     one = MultibeamConfig(beams=1, swath_deg=20)
     np.testing.assert_array_equal(one.swath_angles, [0])
-    sectors = Column.sectors.func if hasattr(Column.sectors, "func") else Column.sectors.fget
+    sectors = Column.sectors.fget
     np.testing.assert_array_equal(sectors(SimpleNamespace(angles=np.array([0.1]), swath=0.35)), [0.35])
     np.testing.assert_allclose(sectors(SimpleNamespace(angles=np.array([0.3, 0.1, -0.2]), swath=9)), [0.2, 0.25, 0.3])
 
@@ -383,3 +391,67 @@ def test_a_scene_without_moving_things_takes_no_poses(ground):
     scene.move(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 3)), np.zeros((1, 3)))
     assert scene.moving is None
     assert scene._poses is None
+
+
+def test_light_in_the_air_is_lost():
+    light = SimpleNamespace(ocean=build_ocean(OceanConfig()))
+    pose = lambda z: SimpleNamespace(position=np.array([[0.0, 0.0, z]]))
+    for a, b in ((0.5, -3.0), (-3.0, 0.5)):
+        heard = Light._one(light, pose(a), pose(b), 0, 0.0)
+        assert (heard.lost, heard.level_db) == ("in air", NOTHING)
+
+
+def test_the_profile_of_a_section_reaches_the_surface():
+    """As its first level: with that level given at the surface too, the table is the same."""
+    depth, speed = np.array([5.0, 20.0]), np.array([[1500.0, 1480.0], [1510.0, 1470.0]])
+    loss, begins = 1e-3 * speed - 1.4, np.array([0.0, 300.0])
+    deep = _levels(Section(depth, speed, absorption=loss, begins=begins), 2)
+    whole = lambda a: np.concatenate([a[:, :1], a], axis=1)
+    full = _levels(Section(np.array([0.0, 5.0, 20.0]), whole(speed), absorption=whole(loss), begins=begins), 2)
+    for a, b in zip(deep, full, strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert deep[0][0] == 0
+
+
+def test_lanes_of_a_filter_are_replaced():
+    row = lambda k, n: [np.full((n, 3), k)] * 3 + [np.full(22, k)]
+    lanes_of = Lanes.at(*row(1.0, 3))
+    lanes_of.put(np.array([2, 0]), Lanes.at(*row(2.0, 2)))
+    for key, values in vars(lanes_of).items():
+        one, two = (vars(Lanes.at(*row(k, 1)))[key][0] for k in (1.0, 2.0))
+        np.testing.assert_array_equal(values, [two, one, two], err_msg=key)
+
+
+def test_a_point_is_seen_at_its_angle_through_a_fisheye():
+    config = sensor("camera").Config(lens="fisheye", width_px=64, height_px=48, horizontal_fov_deg=90.0)
+    angle = np.array([0.1, 0.2, 0.4])
+    seen = project_points(np.stack([5 * np.cos(angle), 5 * np.sin(angle), 0 * angle], -1), config)
+    middle = project_points(np.array([[3.0, 0.0, 0.0]]), config)[0]
+    off = middle[0] - seen[:, 0]
+    np.testing.assert_allclose(off / off[0], [1, 2, 4], rtol=1e-6)
+    np.testing.assert_allclose(seen[:, 1], middle[1])
+
+
+def test_water_at_a_sonar_alone_is_that_along_rays_of_no_length():
+    sea = build_ocean(OceanConfig.model_validate({"temperature_c": {"depth_m": [0, 50], "value": [20, 10]}}))
+    place, t = jit.Array3f64(0.0, 0.0, -25.0), jit.Float64(0.0)
+    alone, along = (medium_of(200e3, 8.0, reach=r, bottom=-60.0)(sea, place, t) for r in (0.0, 30.0))
+    assert alone.column is None
+    assert along.column is not None
+    assert np.array(alone.absorption) == pytest.approx(np.array(along.absorption), rel=1e-3)
+    assert np.array(alone.sound_speed) == pytest.approx(np.array(along.sound_speed))
+    for given, speed in ((None, np.array(alone.sound_speed)), (1480.0, [1480.0])):
+        assert np.array(steering_speed(SimpleNamespace(sound_speed_mps=given), alone)) == pytest.approx(speed)
+
+
+def test_nothing_is_met_where_nothing_is():
+    water = SimpleNamespace(_scene=SimpleNamespace(static=None, moving=None))
+    met = WaterPaths._ask(water, *(np.zeros((3, 3)),) * 2, np.ones(3), np.zeros(3, int), np.zeros(3, np.uint32))
+    assert np.isinf(met["t"]).all()
+    assert not met["label"].any()
+
+
+def test_a_single_beam_is_all_around():
+    index = jit.UInt32([0, 1])
+    found = np.array(_edge_angle(None, None, None, index, 1))
+    np.testing.assert_allclose(found, [np.pi, -np.pi], rtol=1e-6)

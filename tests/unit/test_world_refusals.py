@@ -33,15 +33,17 @@ from pelagos.world.build import build_world, world_config
 from pelagos.world.doubt import doubts
 from pelagos.world.export import _beside, _plan, load, save
 from pelagos.world.files import read_mesh
-from pelagos.world.generate import harbour as harbour_module
 from pelagos.world.generate.draw import Distribution
 from pelagos.world.generate.grade import GradeConfig
+from pelagos.world.generate.harbour import _Harbour
+from pelagos.world.generate.objects import ObjectConfig, Placer
 from pelagos.world.generate.route import route
 from pelagos.world.generate.scatter import Places
 from pelagos.world.label import label_number
 from pelagos.world.large.clearance import GroundClearance
 from pelagos.world.large.field import _beneath
 from pelagos.world.large.large import LargeConfig
+from pelagos.world.large.picture import pictured
 from pelagos.world.large.source import FileSource, grid_file_shape
 from pelagos.world.large.stream import Stream
 from pelagos.world.large.survey import survey_source
@@ -54,7 +56,7 @@ from pelagos.world.robots.read import read_description
 from pelagos.world.sheet import summary
 from pelagos.world.size import refuse_large
 from pelagos.world.terrain import HeightField
-from pelagos.world.viewpoint import _mostly_seen, _whole, viewpoints
+from pelagos.world.viewpoint import _close, _encloses, _mostly_seen, _Object, _whole, viewpoints
 from pelagos.world.world import World
 
 LAT, LON = np.linspace(44.0, 44.2, 5), np.linspace(13.0, 13.3, 4)
@@ -574,8 +576,54 @@ def test_a_harbour_says_what_found_no_place(monkeypatch):
         rng={k: np.random.default_rng(k) for k in (5, 6)}, c=SimpleNamespace(boulders=2, debris=1), site=site,
         places=Places((-9.0, 9.0), (-9.0, 9.0)), pier=SimpleNamespace(fender_y=3.0),
     )  # fmt: skip
-    builder = next(c for c in vars(harbour_module).values() if isinstance(c, type) and hasattr(c, "_boulders"))
-    builder._boulders(harbour, None)
-    builder._debris(harbour, None)
+    _Harbour._boulders(harbour, None)
+    _Harbour._debris(harbour, None)
     assert site.notes[:2] == [f"boulder {k} of 2 found no free place" for k in (1, 2)]
     assert site.notes[2].endswith(" 1 of 1 found no free place")
+
+
+def test_a_thing_that_cannot_be_seen_is_looked_at_from_above():
+    """In the middle of a box that is larger than all places to look from."""
+    box = shapes.box((40.0, 40.0, 40.0))
+    shell = Geometry(box.vertices, box.faces, 0, 1, 1, None, "box")
+    cube = shapes.box((1.0, 1.0, 1.0))
+    small = Geometry(cube.vertices, cube.faces, 0, 1, 2, None, "thing")
+    empty = World((), tuple(MATERIALS.values()))
+    seen = _close(replace(empty, geometries=(small,), _live={}), "thing", np.zeros(3), 20.0)
+    lost = _close(replace(empty, geometries=(shell, small), _live={}), "thing", np.zeros(3), 20.0)
+    assert seen.eye[2] == pytest.approx(1.5 * 20 * 0.45)
+    np.testing.assert_allclose(lost.eye, [-12, -8, 44])
+    assert _encloses(_Object("pipe supports", np.zeros(3), np.ones(3)), np.full(3, -50.0), np.full(3, 50.0))
+    assert not _encloses(_Object("wreck", np.zeros(3), np.ones(3)), np.full(3, -50.0), np.full(3, 50.0))
+
+
+def test_lines_that_find_no_route_are_not_placed(monkeypatch):
+    monkeypatch.setattr("pelagos.world.generate.objects.route", lambda *_: None)
+    placer = SimpleNamespace(places=None, ground=None)
+    assert Placer._lines(placer, ObjectConfig(kind="cable", count=3), 3, np.random.default_rng(1)) == 0
+
+
+def test_ground_is_coarser_where_too_many_places_ask_for_it(sea, monkeypatch):
+    stream = Stream(sea.ground)
+    places = np.array([[700.0, -300.0], [-1500.0, 900.0], [1200.0, 1100.0]])
+    monkeypatch.setattr("pelagos.world.large.stream._MOST", 2)
+    with pytest.raises(WorldError, match="3 places spread over 2700 m x 1400 m need more ground at full"):
+        stream.follow(places)
+    stream.follow(places[:2])
+
+
+def test_a_picture_of_too_many_places_shows_the_first(monkeypatch):
+    places = [[500, -300], [-800, 700], [1000, 900]]
+    insets = [{"centre_m": p, "size_m": [100, 100], "resolution_m": 1.25, "relief_m": 2.0} for p in places]
+    asked, peek = [], Stream.peek
+
+    def few(self, places):
+        asked.append(places.copy())
+        if len(places) > 1:
+            raise WorldError("too many")
+        return peek(self, places)
+
+    monkeypatch.setattr(Stream, "peek", few)
+    assert pictured(large(insets=insets)).ground is None
+    assert [len(a) for a in asked] == [3, 1]
+    np.testing.assert_array_equal(asked[0][:1], asked[1])

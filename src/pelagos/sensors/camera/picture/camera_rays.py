@@ -264,11 +264,6 @@ class Imager:
         """`(images, height, width)` of a flat array."""
         return np.array(values).reshape(-1, self._config.height_px, self._config.width_px).astype(dtype, copy=False)
 
-    def images3(self, values: Array) -> NDArray[np.float32]:
-        """`(images, height, width, 3)` of a flat `Array3f`."""
-        picture = np.array(values).T.reshape(-1, self._config.height_px, self._config.width_px, 3)
-        return np.ascontiguousarray(picture, dtype=np.float32)
-
 
 def _warn_of_blind_pixels(share: float, path: str) -> None:
     message = (
