@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pelagos.compat.holoocean.agent_type import AgentType, Scheme
 from pelagos.compat.holoocean.agent_types import AGENT_TYPES
 from pelagos.compat.holoocean.exceptions import HoloOceanException, three
-from pelagos.compat.holoocean.frames import degrees_of, quaternion_of
+from pelagos.compat.holoocean.frames import quaternion_of
 from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.spaces import ActionSpace, ContinuousActionSpace, DiscreteActionSpace
 from pelagos.errors import did_you_mean
@@ -223,9 +223,7 @@ class HoloOceanAgent:
         return self.kind.steps(sim.world, sim.state[self.native_name], self.scheme, action)
 
     def native_place(self) -> dict[str, Any]:
-        """Arguments of `Simulation.set_state` for what was asked since the last tick; empty for nothing."""
-        if not self.place:
-            return {}
+        """Arguments of `Simulation.set_state` for what was asked since the last tick."""
         asked, self.place = self.place, {}
         state = self.env.pelagos.state[self.native_name]
         turned = state.attitude[0]
@@ -254,11 +252,6 @@ def _space(scheme: Scheme) -> ActionSpace:
     low = None if scheme.low is None else np.asarray(scheme.low, dtype=float).tolist()
     high = None if scheme.high is None else np.asarray(scheme.high, dtype=float).tolist()
     return ContinuousActionSpace([scheme.size], low=low, high=high)
-
-
-def rotation_of(agent: HoloOceanAgent) -> NDArray[np.float64]:
-    """Roll, pitch, yaw of an agent now [deg]."""
-    return degrees_of(matrix_np(agent.env.pelagos.state[agent.native_name].attitude[0]))
 
 
 def _make_classes() -> dict[str, type[HoloOceanAgent]]:

@@ -11,7 +11,7 @@ from pelagos.compat.holoocean.exceptions import HoloOceanException, named, three
 from pelagos.compat.holoocean.flashlight import Flashlights
 from pelagos.compat.holoocean.frames import matrix_of, quaternion_of
 from pelagos.compat.holoocean.names import identifier
-from pelagos.compat.holoocean.native_scenario import WEATHERS, sun_of
+from pelagos.compat.holoocean.native_scenario import WEATHERS, sun_of, waves_of
 from pelagos.compat.holoocean.tides import TIDE_KEYS, TideController, cycle_of, level_of
 from pelagos.compat.holoocean.time_cycle import TimeController
 from pelagos.compat.holoocean.weather import WeatherController
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 _HEAVY_RAIN: Final = (10.0, 3000.0)  # [mm/h] of so many drops, HoloOcean's own number
 _WATERS: Final = (("I", 3.0), ("II", 1.6), ("III", 1.0), ("3C", 0.75), ("5C", 0.55), ("7C", 0.4), ("9C", 0.0))
 """Jerlov types by the least ratio of blue to green that they stand for."""
+_WAVES: Final = {"SeaState": "sea_state", "WindSpeed": "wind_speed", "WindDirection": "wind_direction"}
+"""Keys of waves in HoloOcean's commands, and what scenarios call them."""
 
 
 class Appearance:
@@ -44,7 +46,6 @@ class Appearance:
             self.viewport, self.viewport_on, self.viewport_shown = None, True, None
             self._currents: dict[str, Any] = {}
             self._current_set = False
-            self._waves: Any = None
         self._currents = {}
         self._pending: dict[str, Any] = {}
         self._lit: set[str] = set()
@@ -154,21 +155,34 @@ class Appearance:
     set_ocean_current = set_ocean_currents
 
     def fft_sea_state(self, sea_state: int) -> None:
-        """Another sea state, 0 to 9; takes the time of a new start of the native simulation."""
-        env = cast("HoloOceanEnvironment", self)
-        env._scenario.setdefault("fft_waves", {})["sea_state"] = int(sea_state)
-        env._stale = True
+        """Another sea state, 0 to 9; takes the time of a new start of the native simulation.
+
+        Raises:
+            HoloOceanException: another number.
+        """
+        self._change_waves({"sea_state": sea_state})
 
     def fft_wave_scalars(self, values: dict[str, Any]) -> None:
-        """`WindSpeed` and `WindDirection` of the waves; other numbers shape HoloOcean's own spectra only."""
-        env = cast("HoloOceanEnvironment", self)
-        idle = [k for k in values if k not in ("WindSpeed", "WindDirection", "wind_speed", "wind_direction")]
+        """`WindSpeed` and `WindDirection` of the waves; other numbers shape HoloOcean's own spectra only.
+
+        Raises:
+            HoloOceanException: a wind below zero.
+        """
+        given = {_WAVES.get(k, k): v for k, v in values.items()}
+        idle = [k for k in given if k not in ("wind_speed", "wind_direction")]
         if idle:
-            env.advice.once(f"{', '.join(idle)}: waves follow a measured spectrum here; these change nothing")
-        waves = env._scenario.setdefault("fft_waves", {})
-        waves.pop("sea_state", None)
-        waves.update(values)
-        env._stale = True
+            cast("HoloOceanEnvironment", self).advice.once(
+                f"{', '.join(idle)}: waves follow a measured spectrum here; these change nothing"
+            )
+        self._change_waves({"sea_state": None, **{k: v for k, v in given.items() if k not in idle}})
+
+    def _change_waves(self, changes: dict[str, Any]) -> None:
+        """Waves of the scenario as they are, but for some keys, from the next tick on."""
+        env = cast("HoloOceanEnvironment", self)
+        before = env._scenario.get("fft_waves") or {}
+        after = {**{_WAVES.get(k, k): v for k, v in before.items()}, **changes}
+        waves_of(after)  # refuses what cannot be before anything is changed
+        env._scenario["fft_waves"], env._stale = after, True
 
     def fft_wave_cascades(self, values: dict[str, Any]) -> None:
         """Accepted: waves follow a measured spectrum here, without cascades."""

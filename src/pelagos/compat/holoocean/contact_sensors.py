@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -109,9 +109,9 @@ class BallLocationSensor(WorldNumSensor):
 class _OfHands(HoloOceanSensor):
     """Sensors of agents that Pelagos does not have."""
 
-    def setup(self) -> None:
+    def __new__(cls, *_: Any) -> Self:  # before anything asks what such a sensor would read
         raise HoloOceanConfigurationException(
-            f"{self.sensor_type} is for AndroidAgent and HandAgent, which have no joints to read in Pelagos"
+            f"{cls.sensor_type} is for AndroidAgent and HandAgent, which have no joints to read in Pelagos"
         )
 
 

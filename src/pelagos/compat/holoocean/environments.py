@@ -12,7 +12,7 @@ from pelagos.compat.holoocean.agents import AgentDefinition, HoloOceanAgent
 from pelagos.compat.holoocean.appearance import Appearance
 from pelagos.compat.holoocean.building import build, hand_over
 from pelagos.compat.holoocean.drawing import Drawing
-from pelagos.compat.holoocean.exceptions import HoloOceanException, named
+from pelagos.compat.holoocean.exceptions import HoloOceanException, named, three
 from pelagos.compat.holoocean.messaging import Messaging
 from pelagos.compat.holoocean.motion import AgentMotion
 from pelagos.compat.holoocean.names import identifier
@@ -76,8 +76,8 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         asked = legacy_dynamics if legacy_dynamics is not None else scenario.get("legacy_dynamics")
         self._legacy = chosen.legacy_dynamics if asked is None else bool(asked)
         self._pre_start_steps, self._show_viewport = int(pre_start_steps), show_viewport
-        tps = ticks_per_sec or set_tps or scenario.get("ticks_per_sec", 30)
-        self._ticks_per_sec = self._checked_tps(tps)
+        tps = (ticks_per_sec, set_tps, scenario.get("ticks_per_sec", 30))
+        self._ticks_per_sec = self._checked_tps(next(given for given in tps if given is not None))
         self._frames_per_sec = frames_per_sec if frames_per_sec is not None else scenario.get("frames_per_sec", True)
         self.window_size = window_size
         self.agents: dict[str, HoloOceanAgent] = {}
@@ -192,7 +192,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         for agent in self.agents.values():
             agent.agent_state_dict = self._values(agent, {} if readings is None else readings[agent.native_name])
         if not self._copy_state:
-            return self._get_single_state() if len(self.agents) == 1 else self._get_full_state()
+            return self._get_single_state() if self._flat else self._get_full_state()
         if self._flat:
             state = self._agent.agent_state_dict if self._agent is not None else {}
             return {**state, "t": time}
@@ -304,7 +304,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
     def _rotate_sensor(self, sensor: HoloOceanSensor, rotation: Sequence[float]) -> None:
         from pelagos.compat.holoocean.frames import matrix_of
 
-        roll, pitch, yaw = (float(v) for v in rotation)
+        roll, pitch, yaw = three(f"{sensor.agent_name}.{sensor.name}: a rotation", rotation)
         sensor.definition.twist = (roll, -pitch, -yaw)
         sensor.turned = matrix_of(sensor.definition.mount[1])
         self._stale = self._stale or sensor.is_native
@@ -346,7 +346,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         """Another tick; sensors keep the number of ticks between their readings, as HoloOcean's do.
 
         Raises:
-            HoloOceanException: not above zero.
+            HoloOceanException: no whole number above zero.
         """
         self._ticks_per_sec = self._checked_tps(ticks_per_sec)
         self._stale = True
@@ -359,8 +359,8 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
 
     @staticmethod
     def _checked_tps(tps: Any) -> int:
-        if not tps > 0:
-            raise HoloOceanException(f"ticks_per_sec is above zero, not {tps!r}")
+        if not isinstance(tps, int | float) or not tps > 0 or tps % 1:
+            raise HoloOceanException(f"ticks_per_sec is a whole number above zero, not {tps!r}")
         return int(tps)
 
     def _publish(self, state: State) -> None:

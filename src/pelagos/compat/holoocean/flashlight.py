@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from pelagos.compat.holoocean.exceptions import HoloOceanException
+from pelagos.compat.holoocean.exceptions import HoloOceanException, named
 from pelagos.errors import did_you_mean
 
 if TYPE_CHECKING:
@@ -58,23 +58,36 @@ class Flashlights:
         for given in env._scenario.get("flashlight") or ():
             keys = {k: v for k, v in given.items() if k in KEYS}
             env.advice.unknown("flashlight", given, [*KEYS, "flashlight_name", "agent_tag"])
-            self._on[_checked(given.get("flashlight_name", NAMES[0])), given.get("agent_tag")] = Lamp(**keys).clamped()
+            tag, known = given.get("agent_tag"), [a["agent_name"] for a in env._scenario["agents"]]
+            if tag is not None and tag not in known:
+                env.advice.name("flashlight: agent_tag", str(tag), known, "it lights nothing")
+            self._on[_checked(given.get("flashlight_name", NAMES[0])), tag] = Lamp(**keys).clamped()
 
     def turn_on(self, name: str, values: Sequence[Any], keys: Mapping[str, Any], agent: str | None) -> None:
-        """Light one: what is given counts, then what the scenario says, then HoloOcean's defaults."""
-        if name in self._env.agents:  # HoloOcean 2.4 has the agent first
+        """Light one: what is given counts, then what the scenario says, then HoloOcean's defaults.
+
+        Raises:
+            HoloOceanException, KeyError: no flashlight, or no agent, of this name.
+            TypeError: an unknown key, or more numbers than a flashlight has.
+        """
+        if name in self._env.agents and values:  # HoloOcean 2.4 has the agent first
             agent, name, values = name, str(values[0]), values[1:]
-        wrong = [k for k in keys if k not in KEYS]
-        if wrong:
-            raise TypeError(f"a flashlight has no {wrong[0]!r}{did_you_mean(wrong[0], KEYS)}")
-        given = {**dict(zip(KEYS, values, strict=False)), **keys}
+        given = _given(values, keys)
+        if agent is not None:
+            named("agent", agent, self._env.agents)
         base = self._on.get((_checked(name), agent), Lamp())
         self._on[name, agent] = replace(base, **given).clamped()
         self._env._lit |= {agent} if agent else set(self._env.agents)
 
     def turn_off(self, name: str, agent: str | None) -> None:
-        """Put one out."""
+        """Put one out.
+
+        Raises:
+            HoloOceanException, KeyError: no flashlight, or no agent, of this name.
+        """
         _checked(name)
+        if agent is not None:
+            named("agent", agent, self._env.agents)
         for key in [k for k in self._on if k[0] == name and (agent is None or k[1] in (agent, None))]:
             del self._on[key]
         self._env._lit |= {agent} if agent else set(self._env.agents)
@@ -107,12 +120,22 @@ def _checked(name: str) -> str:
     return name
 
 
+def _given(values: Sequence[Any], keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers of a lamp by name, from those in order and those by name."""
+    wrong = next((k for k in keys if k not in KEYS), None)
+    if wrong is not None:
+        raise TypeError(f"a flashlight has no {wrong!r}{did_you_mean(wrong, KEYS)}")
+    if len(values) > len(KEYS):
+        raise TypeError(f"a flashlight has {len(KEYS)} numbers, {', '.join(KEYS)}; {len(values)} given")
+    return {**dict(zip(KEYS, values, strict=False)), **keys}
+
+
 class FlashlightController:
     """One flashlight with a setter for each of its numbers; `set_flashlight` lights it so."""
 
     def __init__(self, client: Any, flashlight_name: str = NAMES[0], *values: Any, **keys: Any) -> None:
         self._env, self.flashlight_name = client, _checked(flashlight_name)
-        self._keys: dict[str, Any] = {**dict(zip(KEYS, values, strict=False)), **keys}
+        self._keys = _given(values, keys)
 
     def __getattr__(self, name: str) -> Any:
         key = name.removeprefix("set_")

@@ -51,7 +51,13 @@ class Media:
     tick: int = 0
 
     def send(self, sender: int, to: Any, kind: str, data: Any) -> None:
-        """Give an acoustic message to a beacon, which transmits until every addressee has it."""
+        """Give an acoustic message to a beacon, which transmits until every addressee has it.
+
+        Raises:
+            ValueError: a type of message that there is not.
+        """
+        if kind not in TYPES:
+            raise ValueError(f"{kind!r} is no type of acoustic message; there are {', '.join(TYPES)}")
         beacons = self.env.stations("beacons")
         if _station(beacons, sender, "acoustic beacon").status == "Transmitting":
             print(f"Beacon {sender} is still transmitting, so the message was not sent")
@@ -158,11 +164,7 @@ def _addressees(stations: dict[int, Any], sender: int, to: Any, what: str) -> li
 
 
 def _received(flight: Flight) -> list[Any]:
-    """The message as the receiver's state has it.
-
-    Raises:
-        ValueError: another type.
-    """
+    """The message as the receiver's state has it."""
     azimuth, elevation, distance, depth = flight.seen
     head = [flight.kind, flight.sender, flight.data]
     more: dict[str, list[Any]] = {
@@ -170,6 +172,4 @@ def _received(flight: Flight) -> list[Any]:
         "MSG_RESPU": [azimuth, elevation, distance], "MSG_REQX": [azimuth, elevation, depth],
         "MSG_RESPX": [azimuth, elevation, distance, depth],
     }  # fmt: skip
-    if flight.kind not in more:
-        raise ValueError(f"{flight.kind!r} is no type of acoustic message; there are {', '.join(TYPES)}")
     return head + more[flight.kind]

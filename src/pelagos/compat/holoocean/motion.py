@@ -34,11 +34,6 @@ class AgentMotion:
         """`(3, 3)` body FLU to world."""
         return matrix_np(self._row[ATTITUDE])
 
-    @property
-    def attitude(self) -> Array:
-        """`(4,)` (w, x, y, z)."""
-        return self._row[ATTITUDE]
-
     @cached_property
     def velocity(self) -> Array:
         """`(3,)` [m/s]."""

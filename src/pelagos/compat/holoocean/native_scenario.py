@@ -164,9 +164,11 @@ def waves_of(waves: Mapping[str, Any]) -> dict[str, Any]:
     state = waves.get("sea_state", waves.get("SeaState"))
     speed = float(waves.get("wind_speed", waves.get("WindSpeed", 0.0)))
     if state is not None:
-        if not 0 <= int(state) <= 9:
+        if state not in range(len(WIND_OF_SEA_STATE)):
             raise HoloOceanException(f"a sea state is 0 to 9, not {state!r}")
         speed = WIND_OF_SEA_STATE[int(state)]
+    if not speed >= 0:
+        raise HoloOceanException(f"the wind of waves is 0 m/s or more, not {speed:g}")
     if speed < 0.5:
         return {}
     towards = float(waves.get("wind_direction", waves.get("WindDirection", 0.0)))

@@ -46,7 +46,7 @@ def delete_world_octrees(world: str) -> None:
     Raises:
         HoloOceanException: a name that is no folder's.
     """
-    if not world or Path(world).name != world:
+    if world in ("", "..") or Path(world).name != world:
         raise HoloOceanException(f"a world is named, not {world!r}")
     if (_folder() / world).is_dir():
         shutil.rmtree(_folder() / world)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -170,14 +170,10 @@ class AvoidTask(_Sighted):
 class _OfLevels(_Task):
     """Tasks of levels that Pelagos does not have."""
 
-    def setup(self) -> None:
+    def __new__(cls, *_: Any) -> Self:
         raise HoloOceanConfigurationException(
-            f"{self.sensor_type} belongs to a level with cups or trash on a table, for hands: Pelagos has none"
+            f"{cls.sensor_type} belongs to a level with cups or trash on a table, for hands: Pelagos has none"
         )
-
-    def judge(self, motion: AgentMotion) -> tuple[float, bool]:
-        """Nothing: no environment has this sensor."""
-        return 0.0, False
 
 
 class CupGameTask(_OfLevels):

@@ -17,8 +17,21 @@ def cycle_of(scenario: Mapping[str, Any], ticks_per_sec: int) -> tuple[float, fl
     cycle, tide = scenario.get("tide_cycle"), scenario.get("tide")
     if cycle or not tide or not (tide.get("amplitude") and tide.get("period")):
         cycle = cycle or {}
-        return float(cycle.get("amplitude", 100.0)), float(cycle.get("frequency", 2000)), bool(cycle.get("active"))
-    return float(tide["amplitude"]), float(tide["period"]) * ticks_per_sec, bool(tide.get("active", True))
+        amplitude, ticks, active = cycle.get("amplitude", 100.0), cycle.get("frequency", 2000), cycle.get("active")
+    else:
+        amplitude, ticks, active = tide["amplitude"], float(tide["period"]) * ticks_per_sec, tide.get("active", True)
+    return float(amplitude), _ticks(ticks) if active else float(ticks), bool(active)
+
+
+def _ticks(period: Any) -> float:
+    """Ticks of a period.
+
+    Raises:
+        HoloOceanException: not above zero.
+    """
+    if not float(period) > 0:
+        raise HoloOceanException(f"the period of a tide is above zero ticks, not {period!r}")
+    return float(period)
 
 
 def level_of(scenario: Mapping[str, Any]) -> float:
@@ -42,7 +55,8 @@ class TideController:
         active: Any = 0,
     ) -> None:
         self._env, self.amplitude, self.frequency = client, float(amplitude), float(frequency)
-        self.tide_type, self.active = tide_type, bool(active)
+        self.active = bool(active)
+        self.set_tide_type(tide_type)
 
     def _changed(self) -> None:
         cycle = self._env._scenario.setdefault("tide_cycle", {})
@@ -56,9 +70,7 @@ class TideController:
 
     def set_frequency(self, frequency: float) -> None:
         """Ticks of a period."""
-        if not float(frequency) > 0:
-            raise HoloOceanException(f"the period of a tide is above zero ticks, not {frequency!r}")
-        self.frequency = float(frequency)
+        self.frequency = _ticks(frequency)
         self._changed()
 
     def set_period(self, period: float) -> None:
@@ -67,6 +79,8 @@ class TideController:
 
     def set_active(self, active: Any) -> None:
         """Whether it goes."""
+        if active:
+            _ticks(self.frequency)
         self.active = bool(active)
         self._changed()
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from pelagos.compat.holoocean.exceptions import HoloOceanException
+
 _STEP_H: Final = 0.25  # the sun is moved when it has gone so far: light is worked out anew then
 
 
@@ -11,11 +13,18 @@ class TimeController:
     """Hours that go round once in `frequency` ticks from midnight on, or stand still."""
 
     def __init__(self, client: Any, frequency: float = 0, hour: float = 12, active: bool = False) -> None:
-        self._env, self.frequency, self.hour, self.active = client, frequency, hour, bool(active)
+        self._env, self.hour, self.active = client, hour, bool(active)
         self._shown: float | None = None
+        self.set_frequency(frequency)
 
     def set_frequency(self, frequency: float) -> None:
-        """Ticks of a day."""
+        """Ticks of a day; with 0 it stands still.
+
+        Raises:
+            HoloOceanException: below zero.
+        """
+        if not frequency >= 0:
+            raise HoloOceanException(f"a day has 0 ticks or more, not {frequency!r}")
         self.frequency = frequency
 
     def set_hour(self, hour: float) -> None:
