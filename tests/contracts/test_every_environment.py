@@ -231,7 +231,16 @@ def test_a_task_that_contradicts_itself_is_told() -> None:
             outcome.memory = {"before": now.t}
             return outcome
 
+    class Brief(Hover):
+        seconds, rate_hz = 0.024, 20.0
+
+    class Generous(Hover):
+        def command(self, action: Any, now: Any) -> Any:
+            return action[:-1]
+
     for task, message in (
+        (Brief, "Brief: seconds 0.024 at rate_hz 20 is less than a step"),
+        (Generous, "Generous: command gives 7 set-points of .*, which has "),
         (Blind, "observe gives 14 numbers, but observations names 2"),
         (Odd, "tick_rate_hz 100 is no whole multiple of rate_hz 30"),
         (Varied, "did you mean 'quadratic_damping'"),

@@ -49,9 +49,14 @@ def evaluate(env: FleetEnv | SensingEnv, policy: Policy, *, seed: int = 0, episo
         policy: what acts.
         seed: of the episodes.
         episodes: at least so many; one of each copy where not given.
+
+    Raises:
+        CommandError: another kind of environment, or no episodes.
     """
-    if env.autoreset != "same_step":
-        raise CommandError("scores need an environment with autoreset='same_step'")
+    if env.autoreset != "same_step" or getattr(env, "arrays", "numpy") != "numpy":
+        raise CommandError("scores need an environment with autoreset='same_step' and arrays='numpy'")
+    if episodes is not None and episodes < 1:
+        raise CommandError(f"episodes is a number from 1 on, not {episodes}")
     n, rows, names = env.num_envs, [], list[str]()
     each = 1 if episodes is None else -(-episodes // n)
     total, length, left = np.zeros(n), np.zeros(n, dtype=np.int64), np.full(n, each)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,11 +64,11 @@ class Network:
             InputError: it cannot be read, or is none.
         """
         try:
-            with np.load(path, allow_pickle=False) as kept:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
                 count = sum(name.startswith("weight") for name in kept.files)
                 weights, biases = ([kept[f"{part}{i}"] for i in range(count)] for part in ("weight", "bias"))
                 return cls(kept["mean"], kept["deviation"], weights, biases, str(kept["task"]))
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
             raise InputError(f"{path} is no policy that `pelagos train` wrote: {error}") from None
 
 

@@ -202,9 +202,6 @@ class Program:
             own["own_waves"] = ocean.waves.with_change(Changed(scale, cosine, sine, moment))
         return ocean.with_(**own) if own else ocean
 
-    def _flat(self, life: _Life) -> list[Array]:
-        return [*channels_of(life.state), *life.memory.values()]
-
     def _read(self, packed: Array) -> _Life:
         state = unpack(packed, self.n, self.vehicle.sizes)
         memory = state.controller[self._controller :]

@@ -39,7 +39,11 @@ class FormationEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
     def __init__(
         self, vehicles: int = 3, *, radius_m: float = 3.0, speed_mps: float = 0.1, seconds: float = 60.0
     ) -> None:
-        """So many vehicles on a ring of `radius_m` whose middle moves at `speed_mps`, for `seconds`."""
+        """So many vehicles on a ring of `radius_m` whose middle moves at `speed_mps`, for `seconds`.
+
+        Raises:
+            CommandError: too few or too many.
+        """
         if not 2 <= vehicles <= 50:
             raise CommandError(f"a formation has 2 to 50 vehicles, not {vehicles}")
         self.possible_agents = [f"rov{i}" for i in range(vehicles)]
