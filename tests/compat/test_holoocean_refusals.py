@@ -21,7 +21,7 @@ from pelagos.compat.holoocean.exceptions import HoloOceanConfigurationException,
 from pelagos.compat.holoocean.flashlight import FlashlightController
 from pelagos.compat.holoocean.fossen_dynamics import FossenInterface, changes
 from pelagos.compat.holoocean.holooceanclient import HoloOceanClient
-from pelagos.compat.holoocean.native_scenario import native_sensor, waves_of
+from pelagos.compat.holoocean.native_scenario import native_scenario, native_sensor, waves_of
 from pelagos.compat.holoocean.noise import Normal
 from pelagos.compat.holoocean.sensors import SensorDefinition, SensorFactory
 from pelagos.compat.holoocean.shmem import Shmem
@@ -773,3 +773,87 @@ def test_a_mode_goes_over_to_the_simulation_before_its_command():
         hand_over(env)
         assert told[0] == ("auv0", env.agents["auv0"].mode)
         assert list(told[1]) == ["auv0"]
+
+
+# between an environment and its simulation
+
+
+@pytest.mark.parametrize(
+    ("hits", "free"),
+    [
+        ([None], True),
+        ([(2.0, "b")], True),
+        ([(2.0, "wall")], False),
+        ([(0.5, "a"), None], True),
+        ([(0.5, "a"), (2.0, "wall")], False),
+        ([(9.9985, "a")], True),  # the sender's own hull up to the other point
+        ([(0.1, "a")] * 9, False),  # what a hull can hide no more
+    ],
+)
+def test_a_line_of_sight_begins_behind_the_senders_own_hull(hits, free, still):
+    rest, places = iter(hits), []
+
+    def cast(at, along, reach):
+        hit = next(rest)
+        places.append((float(at[0, 0]), reach, along[0].tolist()))
+        t, name = hit or (np.inf, "")
+        return SimpleNamespace(valid=[hit is not None], t=[t], instance=[name])
+
+    hulls = {name: SimpleNamespace(instance=name) for name in "ab"}
+    sim = SimpleNamespace(bodies=SimpleNamespace(hulls=hulls), world=SimpleNamespace(cast=cast))
+    it = SimpleNamespace(pelagos=sim, native_name=lambda name: name)
+    assert still.__class__.sees(it, "a", [1.0, 0, 0], "b", [11.0, 0, 0]) is free
+    assert places[0] == (1.0, pytest.approx(9.999), [1, 0, 0])
+    for (at, reach, _), (before, left, _), (t, _) in zip(places[1:], places, hits, strict=False):
+        assert (at, reach) == (pytest.approx(before + t + 1e-3), pytest.approx(left - t - 1e-3))
+
+
+def test_lamps_go_to_the_cameras_of_whom_they_light_once():
+    env = unbuilt(sensor("RGBCamera"), LOCATION, more=[agent("BlueROV2", [sensor("RGBCamera")], name="auv1")])
+    told = []
+    sim = SimpleNamespace(set=lambda name, lamps: told.append((name, [one["flux_lm"] for one in lamps])))
+    env._turbidity, env._level_asked = None, False
+    env.turn_on_flashlight("flashlight1", 80, agent_tag="auv0")
+    env._change_surroundings(sim)
+    env._change_surroundings(sim)
+    assert told == [("auv0.RGBCamera", [80])]
+    env.turn_on_flashlight("flashlight2", 90)
+    env._change_surroundings(sim)
+    assert sorted(told[1:]) == [("auv0.RGBCamera", [80, 90]), ("auv1.RGBCamera", [90])]
+
+
+def test_the_time_of_day_goes_on_by_ticks_only_where_it_is_told_to():
+    for active, sun in ((True, {"elevation_deg": 45.0, "azimuth_deg": 90.0}), (False, None)):
+        env = unbuilt(time_cycle={"active": active, "frequency": 48, "hour": 5})
+        env._num_ticks = 18
+        env._cycle()
+        assert {k.removeprefix("sun."): v for k, v in env._pending.items()} == (sun or {})
+
+
+def test_a_sensor_that_is_due_and_was_not_read_is_read_then():
+    env = unbuilt(sensor("RangeFinderSensor"), sensor("CollisionSensor", {"sensor_name": "hit"}))
+    asked = []
+
+    def read(name, sensors):
+        asked.append((name, sensors))
+        return {one: SimpleNamespace(data=np.array([[4.5]])) for one in sensors}
+
+    it = SimpleNamespace(pelagos=SimpleNamespace(read=read), motions={"auv0": None})
+    one = env.agents["auv0"]
+    values = HoloOceanEnvironment._values(it, one, {"hit": SimpleNamespace(data=np.array([[True]]))})
+    assert (asked, values["RangeFinderSensor"].tolist()) == ([("auv0", ["RangeFinderSensor"])], [4.5])
+    for each in one.sensors.values():
+        each.tick_count = 1
+    assert HoloOceanEnvironment._values(it, one, {}) == {}
+    assert len(asked) == 1
+
+
+def test_a_weather_has_a_type():
+
+    env = unbuilt(weather={"type": 1})
+    assert native_scenario(env, env.agents.values())["ocean"]["weather"]
+    env = unbuilt(weather={"rain": 1})
+    with pytest.raises(
+        HoloOceanException, match=r"a weather's type is 0 \(sunny\), 1 \(cloudy\) or 2 \(rain\), not None"
+    ):
+        native_scenario(env, env.agents.values())

@@ -156,7 +156,9 @@ def test_our_own_broken_component_is_no_users_mistake() -> None:
             registry.Entry("sensor", "it", target, "theirs").load()
 
 
-@pytest.mark.parametrize("dotted", ["a.b.c", "name.x", "name", "places.2", "places.-1", "places", "places.0.x"])
+@pytest.mark.parametrize(
+    "dotted", ["a.b.c", "name.x", "name.x.y", "places.x.y", "name", "places.2", "places.-1", "places", "places.0.x"]
+)
 def test_a_distribution_names_a_number(dotted: str) -> None:
     data: dict[str, Any] = {"a": {"b": "word"}, "name": "x", "places": [1.0, 2.0]}
     with pytest.raises(PydanticCustomError, match=f"'{dotted}' names no number of an agent"):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import gymnasium
@@ -276,3 +277,115 @@ def test_a_copy_with_sensors_that_breaks_is_counted_once(mode: Any, sim: Any) ->
     if mode == "next_step":  # the copy begins anew in this step, and was told of already
         assert "not_finite" not in env.step(np.zeros((3, 2)))[4]
         assert env.not_finite == 1
+
+
+# other libraries' environments, without the libraries
+
+
+def brought(monkeypatch: pytest.MonkeyPatch, **modules: dict[str, Any]) -> None:
+    """Modules that hold no more than what is named, for this test."""
+    for name, held in modules.items():
+        made: Any = ModuleType(name.replace("_1_", "."))
+        vars(made).update(held)
+        monkeypatch.setitem(sys.modules, made.__name__, made)
+
+
+def adapter(name: str) -> Any:
+    """A module of `envs` as it is with those, which no other test sees."""
+    spec = spec_from_file_location(f"{name}_alone", Path(envs.__file__).with_name(f"{name}.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    made = module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+class Told(Copies):
+    """Copies whose second one's episode ends with the step; observations by name or not."""
+
+    def __init__(self, named: bool = False, **other: Any) -> None:
+        super().__init__(**other)
+        self.named, self.seeds, self.open = named, list[Any](), True
+        self.single_observation_space = gymnasium.spaces.Dict({"a": gymnasium.spaces.Box(0, 1, (2,))})
+        self.single_action_space = gymnasium.spaces.Box(-1, 1, (1,))
+        self.task.actions = 1
+
+    def _seen(self, at: float) -> Any:
+        rows = at + np.arange(4.0).reshape(2, 2)
+        return {"a": rows} if self.named else rows
+
+    def reset(self, *, seed: int | None = None) -> Any:
+        self.seeds.append(seed)
+        return self._seen(10), {}
+
+    def step(self, actions: Any) -> Any:
+        self.given, done = actions, np.array([False, True])
+        metrics = {"far_m": np.array([0.5, 7.0]), "near_m": np.array([3.0, 4.0])}
+        info = {**metrics, "final_obs": self._seen(50), "_final_obs": done, "final_info": metrics, "not_finite": ~done}
+        return self._seen(20), np.array([1.0, -2.0]), np.array([False, False]), done, info
+
+    def close(self) -> None:
+        self.open = False
+
+
+def test_rows_for_a_learner_are_those_of_the_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    brought(monkeypatch, torch={"from_numpy": lambda values: [*values]})
+    env = Told(named=True)
+    flat = FlatSensing(env)  # type: ignore[arg-type]
+    assert (flat.num_envs, flat.size, flat.actions, flat.metrics) == (2, 2, 1, ["far_m", "near_m"])
+    seen, info = flat.reset(seed=4)
+    assert ([row.tolist() for row in seen], info, env.seeds) == ([[10, 11], [12, 13]], {}, [0, 4])
+    seen, reward, terminated, truncated, told = flat.step(SimpleNamespace(numpy=lambda: "acts"))
+    assert (env.given, [row.tolist() for row in seen], reward) == ("acts", [[20, 21], [22, 23]], [1, -2])
+    assert (terminated, truncated) == ([False, False], [False, True])
+    assert [row.tolist() for row in told.pop("final_obs")] == [[50, 51], [52, 53]]
+    assert told == {"far_m": [0.5, 7.0], "near_m": [3.0, 4.0]}
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_stable_baselines3_is_told_of_ends_by_copy(named: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Base:
+        def __init__(self, num_envs: int, observation_space: Any, action_space: Any) -> None:
+            self.num_envs = num_envs
+
+        def _get_indices(self, indices: Any) -> Any:
+            return range(self.num_envs) if indices is None else indices
+
+    vec = {"VecEnv": Base}
+    brought(monkeypatch, stable_baselines3={}, stable_baselines3_1_common={}, stable_baselines3_1_common_1_vec_env=vec)
+    sb3 = adapter("sb3")
+    for other in ({"arrays": "torch"}, {"autoreset": "next_step"}):
+        with pytest.raises(
+            CommandError, match="Stable-Baselines3 takes a fleet with arrays='numpy' and autoreset='same"
+        ):
+            sb3.SB3Env(Told(**other))
+    fleet = Told(named)
+    env = sb3.SB3Env(fleet)
+    assert env.seed(5) == [5, 5]
+    env.reset()
+    assert (env.reset() if named else {"a": env.reset()})["a"].tolist() == [[10, 11], [12, 13]]
+    assert (fleet.seeds, env.reset_infos) == ([5, None], [{}, {}])
+    env.step_async("acts")
+    _, reward, done, infos = env.step_wait()
+    assert (fleet.given, reward.tolist(), done.tolist()) == ("acts", [1, -2], [False, True])
+    assert infos[0] == {"far_m": 0.5, "near_m": 3.0}
+    last = infos[1].pop("terminal_observation")
+    assert (last["a"] if named else last).tolist() == [52, 53]
+    assert infos[1] == {"far_m": 7.0, "near_m": 4.0, "TimeLimit.truncated": True}
+    assert env.get_attr("rate_hz") == [20.0, 20.0]
+    assert env.get_attr("named", [1]) == [named]
+    assert (env.env_is_wrapped(object), env.env_is_wrapped(object, [0])) == ([False, False], [False])
+    with pytest.raises(CommandError, match="rate_hz cannot be set: copies share a compiled task"):
+        env.set_attr("rate_hz", 3)
+    with pytest.raises(CommandError, match=r"draw\(\) cannot be called on copies"):
+        env.env_method("draw")
+    env.close()
+    assert fleet.open is False
+
+
+def test_rsl_rl_takes_tensors_of_copies_that_begin_anew_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    brought(monkeypatch, torch={}, tensordict={"TensorDict": dict}, rsl_rl={}, rsl_rl_1_env={"VecEnv": object})
+    rsl_rl = adapter("rsl_rl")
+    for arrays, mode in (("numpy", "same_step"), ("torch", "disabled")):
+        with pytest.raises(CommandError, match="RSL-RL takes a fleet with arrays='torch' and autoreset='same_step'"):
+            rsl_rl.RslRlEnv(SimpleNamespace(arrays=arrays, program=SimpleNamespace(autoreset=mode)))
