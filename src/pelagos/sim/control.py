@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from pelagos.errors import ScenarioError, did_you_mean
@@ -36,9 +35,6 @@ def first_mode(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
             raise ScenarioError(
                 f"mode {mode!r} takes {len(names)} numbers, [{', '.join(names)}], not {len(agent.command)}", where=where
             )
-        for channel, value in zip(names, agent.command, strict=True):
-            if not math.isfinite(value):
-                raise ScenarioError(f"{channel} is {value}, not a finite number", where=where)
     return mode
 
 
