@@ -7,6 +7,7 @@ makes an object of each, 3 us). Format: https://mcap.dev/spec (version 0).
 
 from __future__ import annotations
 
+import os
 import re
 import struct
 import zlib
@@ -30,6 +31,7 @@ RECORD: Final = struct.Struct("<BQ")
 MESSAGE: Final = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 MESSAGE_HEAD: Final = 22  # bytes of a message record before its data
 _CHUNK: Final = struct.Struct("<QQQII")  # first and last time, size, checksum, length of the compression's name
+_FOOTER: Final = struct.Struct("<BQQQI")  # opcode, length, where index and its groups begin, checksum of both
 _NAMED: Final = re.compile(rb"\x03\0\0\0lz4|\x04\0\0\0zstd|\0\0\0\0")
 _STEP: Final = 1 << 20
 MAX_CHUNK: Final = 1 << 30  # [bytes] unpacked; beyond it is damage, or a trap
@@ -284,8 +286,14 @@ def parse(record: RawRecord) -> Any:
 
 
 def summary(file: BinaryIO) -> Any:
-    """Schemas, channels and statistics that stand at the end of a whole file; None where there are none."""
+    """Schemas, channels and statistics that stand at the end of a whole file; None where none are, or damaged ones."""
     try:
+        end = file.seek(-len(MAGIC) - 4, os.SEEK_END)
+        file.seek(end + 4 - _FOOTER.size)
+        _, _, begin, _, crc = _FOOTER.unpack(file.read(_FOOTER.size))
+        file.seek(begin)
+        if crc and zlib.crc32(file.read(max(end - begin, 0))) != crc:
+            return None
         file.seek(0)
         return SeekingReader(file, validate_crcs=True).get_summary()
     except (*_PARSE_ERRORS, OSError):
