@@ -27,3 +27,18 @@ class Killed:
             if tries < self.times:
                 os.kill(os.getpid(), signal.SIGKILL)
         return {"index": index}
+
+
+@dataclass(frozen=True)
+class Failing:
+    """Work that raises at piece 1."""
+
+    error: Exception
+
+    def open(self) -> Callable[[int], dict[str, Any]]:
+        return self.work
+
+    def work(self, index: int) -> dict[str, Any]:
+        if index == 1:
+            raise self.error
+        return {"index": index}
