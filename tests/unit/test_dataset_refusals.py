@@ -250,7 +250,7 @@ def test_an_interrupt_of_a_worker_is_the_drivers_to_answer() -> None:
         raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("address", ["nowhere", "host:", ":6379", "host:port", "ray://host"])
+@pytest.mark.parametrize("address", ["nowhere", "host:", ":6379", "host:port", "ray://host", "host:²"])
 def test_an_address_that_is_none_is_refused(address: str) -> None:
     told = f"--ray {address!r}: give local, auto, HOST:PORT or ray://HOST:PORT"
     with pytest.raises(InputError, match=re.escape(told)):

@@ -87,7 +87,7 @@ class Ros2Config(BridgeConfig):
         if self.domain_id is not None:
             return self.domain_id
         given = os.environ.get("ROS_DOMAIN_ID", "0")
-        if not given.isdigit():
+        if not given.isdecimal():
             raise BridgeMismatch(f"ROS_DOMAIN_ID is {given!r}, not a whole number")
         return int(given)
 

@@ -73,7 +73,7 @@ def _connect(ray: Any, address: str, workers: int) -> None:
 def _answers(address: str) -> None:
     """Refuse an address at which nobody listens; Ray itself waits for it for minutes."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
-    if not colon or not port.isdigit() or not host:
+    if not colon or not port.isdecimal() or not host:
         raise InputError(f"--ray {address!r}: give local, auto, HOST:PORT or ray://HOST:PORT")
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S).close()
