@@ -129,8 +129,10 @@ class Hydrostatic:
 
 
 class PayloadConfig(PartConfig):
-    """The weight of a payload that the hydrostatics do not balance. Its mass is that of the vehicle already: what adds
-    its mass to it is a `releasable` actuator."""
+    """The weight of a payload that the hydrostatics do not balance.
+
+    Its mass is that of the vehicle already: what adds its mass to it is a `releasable` actuator.
+    """
 
     type: Literal["payload"]
     mass_kg: NonNegative
