@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from pelagos.errors import InputError, LookupFailed, ScenarioError
 from pelagos.identification import load_plan, read_record
 from pelagos.identification.clock import clock_of
+from pelagos.identification.command_units import in_own_units
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.doubts import doubts_of_record
 from pelagos.identification.own_run import COLUMNS
@@ -24,6 +25,7 @@ from pelagos.identification.recording import _field, _on
 from pelagos.messages.motion import ODOMETRY, TruthEncoder
 from pelagos.messages.numbers import MULTI_ARRAY, LabelledRow
 from pelagos.messages.store import deserialize
+from pelagos.vehicles.vehicle import Vehicle
 
 PLAN = {"columns": {"north": "x", "heading": "psi"}, "commands": {"left_propeller": "n1"}}
 
@@ -154,6 +156,40 @@ def test_units_zero_scale_and_delay():
     t = record.start_s + record.step_s * np.arange(len(record.measured["heading"]))
     known = np.isfinite(record.measured["heading"])
     np.testing.assert_allclose(record.measured["heading"][known][:-2], 0.4 * np.sin(t[known][:-2]), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "actuator", "unit", "factor"),
+    [
+        ("remus100", "propeller", "rpm", 1.0),
+        ("remus100", "propeller", "Hz", 60.0),
+        ("remus100", "propeller", "rad/s", 30 / np.pi),
+        ("remus100", "propeller", "", 1.0),
+        ("remus100", "rudder", "deg", np.pi / 180),
+        ("tanker", "engine", "rpm", 1 / 60),
+        ("otter", "left_propeller", "rpm", np.pi / 30),
+    ],
+)
+def test_commands_come_to_the_unit_of_their_actuator(vehicle, actuator, unit, factor):
+    """A minute has 60 s, a turn 2 pi rad or 360 deg."""
+    model = Vehicle.from_catalogue(vehicle).model
+    plan = load_plan({**PLAN, "commands": {actuator: {"column": "n1", "unit": unit, "scale": -2, "zero": 3}}})
+    record = read_record(table(), plan)
+    given = -2 * (np.asarray(table()["n1"]) - 3)
+    assert in_own_units(record, plan, model).commands[actuator] == pytest.approx(factor * given, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("actuator", "unit", "said"),
+    [
+        ("propeller", "N", "of another kind than that of its commands, rpm; give rad/s, deg/s, deg/min, rpm, Hz"),
+        ("rudder", "rpm", "of another kind than that of its commands, rad; give rad, deg"),
+    ],
+)
+def test_units_of_commands_of_another_kind_are_refused(actuator, unit, said):
+    plan = load_plan({**PLAN, "commands": {actuator: {"column": "n1", "unit": unit}}})
+    with pytest.raises(InputError, match=re.escape(f"plan: commands.{actuator}: the unit {unit} is {said}")):
+        in_own_units(read_record(table(), plan), plan, Vehicle.from_catalogue("remus100").model)
 
 
 def test_dropouts_are_left_out_and_commands_are_held():

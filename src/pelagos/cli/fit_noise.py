@@ -107,9 +107,8 @@ def _show(rate: float, found: dict[str, SensorNoise], reading: NoisyQuantity | N
     ):
         shown.add_column(escape(head), justify="left" if head == "axis" else "right", overflow="fold")
     for name, n in found.items():
-        told = []
-        for k, term in enumerate(getattr(n, t) for t in _TERMS):
-            told.append(f"{term.value:.4g}" if term.visible else f"not seen, < {_bound(n, k):.2g}")
+        terms = [getattr(n, t) for t in _TERMS]
+        told = [f"{t.value:.4g}" if t.visible else f"not seen, < {t.most:.2g}" for t in terms]
         shown.add_row(escape(name), *told, f"{n.mean:.4g}")
     console.print(shown)
     _print_keys(found, reading)
@@ -171,9 +170,10 @@ def _warn_of_gravity(axes: list[SensorNoise], data: Path) -> None:
 
 
 def _as_data(rate: float, found: dict[str, SensorNoise], reading: NoisyQuantity | None) -> dict[str, Any]:
-    axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
-    seen = {n: {k: getattr(v, k).visible for k in _TERMS} for n, v in found.items()}
-    made: dict[str, Any] = {"rate_hz": rate, "axes": axes, "seen": seen}
+    terms = {n: {k: getattr(v, k) for k in _TERMS} for n, v in found.items()}
+    axes = {n: {k: t.value if t.visible else None for k, t in named.items()} for n, named in terms.items()}
+    most = {n: {k: t.most for k, t in named.items() if not t.visible} for n, named in terms.items()}
+    made: dict[str, Any] = {"rate_hz": rate, "axes": axes, "most": most}
     if reading is None:
         from pelagos.identification.noise import keys_of
 
@@ -205,16 +205,6 @@ def _print_keys(found: dict[str, SensorNoise], reading: NoisyQuantity | None) ->
 def _print_yaml(sensor: str, keys: list[KeyLine]) -> None:
     """Lines to put under a sensor of a scenario."""
     console.print(f"# of a sensor with type: {sensor}", *(k.line for k in keys), sep="\n", markup=False)
-
-
-def _bound(noise: Any, term: int) -> float:
-    """The largest that a term could be without standing above the measured curve."""
-    import numpy as np
-
-    from pelagos.sensors.noise import FLOOR
-
-    shape = (1 / noise.tau, np.full(len(noise.tau), FLOOR**2), noise.tau / 3)[term]
-    return float((noise.allan / np.sqrt(shape)).min())
 
 
 def _show_beams(data: Path, names: list[str], as_json: bool) -> None:

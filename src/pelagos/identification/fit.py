@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
+from pelagos.identification.command_units import in_own_units
 from pelagos.identification.coordinates import COORDINATES, STILL
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_record, doubts_of_water
 from pelagos.identification.excitation import refuse_unexcited
@@ -175,6 +176,7 @@ def fit(
     known = water.outside(in_air=data["medium"] == "air")
     parameters = parameters_of(plan.parameters, data, known)
     family = Family(_calm(data, plan), parameters, known)
+    given, record = record, in_own_units(record, plan, family.model)
     depth_told(record, family.model)
     doubtful = _doubted_before(record, family.model, water)
     shooter = shooter_of(family, record, water)
@@ -188,7 +190,7 @@ def fit(
     before = score(shooter, family, problem.prior, record, rest if len(rest) else shots)
     seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
     made = Fit(
-        estimates, end.sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record,
+        estimates, end.sure, found, changed(data, parameters, family.values(found.at)), train, test, before, given,
         plan, (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
     )  # fmt: skip
     return _doubted(made, doubtful, doubts_of_preroll(plan, end.preroll_s, family.model_at(found.at)))
@@ -329,6 +331,7 @@ def open_loop(
         if parameter.name not in OUTSIDE:
             raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
     family = Family(_calm(data, plan), given, water.outside(in_air=data["medium"] == "air"))
+    record = in_own_units(record, plan, family.model)
     depth_told(record, family.model)
     shooter = shooter_of(family, record, water)
     shots, _ = cut_shots(record, plan, preroll_of(plan, family.model))

@@ -17,8 +17,20 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
+from scipy.special import chdtri
 
 from pelagos.errors import InputError, PelagosWarning
+from pelagos.identification.beam_faults import (
+    AROUND,
+    OTHERS,
+    STRAY,
+    refuse_constant,
+    refuse_contradicted,
+    refuse_zeros,
+    standing_out,
+    warn_of_noise,
+    warn_of_wandering,
+)
 from pelagos.identification.coordinates import PLAUSIBLE, normal_size
 from pelagos.sensors.noise import FLOOR
 
@@ -38,27 +50,24 @@ _COARSE: Final = 0.5
 """Standard deviation of normal noise, in steps of the output, from which rounding adds a twelfth of the step's square
 to its variance, to 3 %, wherever its mean lies."""
 _LONG_S: Final = 5.0  # between samples: of a slow sensor, or of a clock in another unit
-_ZEROS: Final = 0.005  # share of pings
-_STRAY: Final = 10.0  # standard deviations
 _ALONE: Final = 0.5  # of the range of all other readings
 _FLAGS: Final = re.compile(r"0*(3276[78]|9{3,})0*")
 """Digits of the ends of 16 bits, and of nines."""
 _UNEVEN: Final = 0.02
 _REWEIGHTED: Final = 6
-_AROUND: Final = np.array([1.0, -1.0, 1.0, -1.0])
-"""Signs of beams in order around the vertical that leave nothing of a velocity."""
-_OTHERS: Final = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0]])
-"""Signs of the other sums, each with the noise of the first and independent of it."""
+_BOUNDED: Final = 0.99  # probability
 _CERTAIN: Final = 3.0  # standard deviations
+_MOVING: Final = 2.0  # times the squares of a log at rest, which are noise
 _SHOWN: Final = 3
 
 
 @dataclass(frozen=True)
 class Term:
-    """value: found; visible: whether the record shows it, or only bounds it from above."""
+    """value: found; visible: whether the record shows it, or only bounds it from above; most: that bound, at 99 %."""
 
     value: float
     visible: bool
+    most: float
 
 
 @dataclass(frozen=True)
@@ -172,7 +181,10 @@ def fit_noise(values: Floats, rate_hz: float, *, label: str = "") -> SensorNoise
     step = _step_of(values)
     rounding = step**2 / 12 / rate_hz  # white as well, and the sensor adds it by itself where it has this resolution
     own = np.maximum(squares - [rounding, 0.0, 0.0], 0.0)
-    white, floor, walk = (Term(float(np.sqrt(s)), bool(v and s > 0)) for s, v in zip(own, seen, strict=True))
+    most = _most(terms, deviation, len(values) / counts - 1)
+    white, floor, walk = (
+        Term(float(np.sqrt(s)), bool(v and s > 0), float(m)) for s, v, m in zip(own, seen, most, strict=True)
+    )
     off = np.log(deviation / np.sqrt(np.maximum(terms @ squares, 1e-300)))
     doubts = [*_doubts(values, rate_hz, tau, np.where(counts <= len(values) / _KNOWN, off, 0.0))]
     if seen[0] and own[0] * rate_hz < (_COARSE * step) ** 2:
@@ -194,6 +206,16 @@ def fit_noise(values: Floats, rate_hz: float, *, label: str = "") -> SensorNoise
         rate_hz,
         len(values),
     )
+
+
+def _most(terms: Floats, deviation: Floats, freedoms: Floats) -> Floats:
+    """Largest size of each of `terms` `(n, 3)` that stands nowhere above the measured curve, as far as it is known.
+
+    An Allan variance s^2 of nu degrees of freedom is below nu s^2/chi^2(nu) with the probability of chi^2 (W. J. Riley,
+    NIST Special Publication 1065, 2008, Section 5.3).
+    """
+    highest = deviation**2 * freedoms / chdtri(freedoms, _BOUNDED)
+    return np.asarray(np.sqrt((highest[:, None] / terms).min(axis=0)))
 
 
 def _doubts(values: Floats, rate_hz: float, tau: Floats, off: Floats) -> Iterator[str]:
@@ -237,15 +259,18 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
         beams: speeds along each `(n,)` [m/s]; NaN where it was lost.
 
     Raises:
-        InputError: not four, of unequal length, or fewer than 200 pings with all four; or their sum says that they are
-            not in order around.
+        InputError: not four, of unequal length, or fewer than 200 pings with all four; a beam that never changes, or is
+            0 where it was lost; or their sum says that they are not in order around, or one of another sign or unit.
 
     Warns:
-        PelagosWarning: beams hold a number that an instrument writes where it lost them; it is left out.
+        PelagosWarning: beams hold a number that an instrument writes where it lost them, or pings stand out: both are
+            left out; a beam has another scale than the others, or an offset that changes; a noise that no log has.
     """
     if len(beams) != 4 or len({len(b) for b in beams}) != 1:
         raise InputError(f"give four beams with as many pings each, not {[len(b) for b in beams]}")
-    table = _without_lost_marks(np.stack([np.asarray(b, dtype=np.float64) for b in beams], axis=-1))
+    table = np.stack([np.asarray(b, dtype=np.float64) for b in beams], axis=-1)
+    refuse_constant(table)
+    table = _without_lost_marks(table)
     heard = np.isfinite(table)
     whole = table[heard.all(axis=1)]
     if len(whole) < _FEWEST:
@@ -253,26 +278,36 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
     fastest = float(np.abs(whole).max())
     if fastest > PLAUSIBLE["u"]:
         raise InputError(f"a beam reads {fastest:.4g} m/s, more than any vehicle has; in mm/s? Give m/s")
-    left = whole @ _AROUND
+    left = whole @ AROUND
     if np.ptp(left) == 0:
         raise InputError("b1 - b2 + b3 - b4 never changes: there is no noise in this record")
-    _refuse_zeros(whole, left)
-    others = whole @ _OTHERS.T
-    if others.std(axis=0).min() < 0.5 * float(left.std()):
+    refuse_zeros(whole, left)
+    if (whole @ OTHERS.T).std(axis=0).min() < 0.5 * float(left.std()):
         raise InputError(
             "the beams are not in order around the vertical, another order leaves less: opposite ones are 1, 3 and 2, 4"
         )
+    far = standing_out(whole, left)
+    if far.any():
+        first = int(np.flatnonzero(heard.all(axis=1))[far][0]) + 1
+        text = f"{int(far.sum())} pings stand out, the first in row {first}: left out"
+        warnings.warn(f"b1 - b2 + b3 - b4: {text}", PelagosWarning, stacklevel=2)
+        whole, left = whole[~far], left[~far]
+    told = refuse_contradicted(whole, left)
     off = (left - left.mean()) ** 2
-    basis = np.stack([np.full(len(whole), 4.0), (others**2).sum(axis=1) / 4], axis=-1)
+    basis = np.stack([np.full(len(whole), 4.0), ((whole @ OTHERS.T) ** 2).sum(axis=1) / 4], axis=-1)
     squares, unsure = _reweighted(basis, off)
     most = np.sqrt(squares + _CERTAIN * unsure)
+    at_rest = float(basis[:, 1].mean()) < _MOVING * 0.75 * float(off.mean())  # of three sums with the noise of this
     for k in (1, 0):  # hardly changing its speed a log does not tell them apart: the relative one goes first
-        if squares[k] < _CERTAIN * unsure[k]:
+        if squares[k] < _CERTAIN * unsure[k] or (k == 1 and at_rest):
             squares = np.zeros(2)
             squares[1 - k] = _reweighted(basis[:, [1 - k]], off)[0][0]
             break
     lost = tuple(float(x) for x in 1 - heard.mean(axis=0))
     noise, relative = (float(x) for x in np.sqrt(squares))
+    if not told:
+        warn_of_wandering(left)
+    warn_of_noise(noise)
     speed = float(np.sqrt(np.mean(whole**2)))
     return BeamNoise(noise, relative, float(most[0]), float(most[1]), speed, lost, len(whole))
 
@@ -306,9 +341,9 @@ def _without_lost_marks(table: Floats) -> Floats:
             usual = table[~at.any(axis=1)]
             if len(rest) < 2 or not (at.sum() > 1 or _FLAGS.fullmatch(f"{abs(value):g}".replace(".", ""))):
                 continue
-            left = usual[np.isfinite(usual).all(axis=1)] @ _AROUND
+            left = usual[np.isfinite(usual).all(axis=1)] @ AROUND
             noise = max(_size(left) if len(left) else 0.0, float(np.diff(rest).min()))
-            if np.abs(rest - value).min() > max(_ALONE * float(np.ptp(rest)), _STRAY * noise):
+            if np.abs(rest - value).min() > max(_ALONE * float(np.ptp(rest)), STRAY * noise):
                 places = ", ".join(f"beam {k + 1} in {n} pings" for k, n in enumerate(at.sum(axis=0)) if n)
                 text = f"{value:g} is taken for the mark of a lost beam: {places}; leave lost cells empty"
                 warnings.warn(text, PelagosWarning, stacklevel=3)
@@ -322,18 +357,6 @@ def _without_lost_marks(table: Floats) -> Floats:
 def _size(left: Floats) -> float:
     """Standard deviation of most of what is left."""
     return normal_size(left - np.median(left))
-
-
-def _refuse_zeros(whole: Floats, left: Floats) -> None:
-    """Refuse beams `(n, 4)` that write 0 where they are lost, by the other three."""
-    noise = _size(left)
-    for k in range(4):
-        stray = (whole[:, k] == 0) & (np.abs(left) > _STRAY * noise)
-        if stray.mean() > _ZEROS:
-            raise InputError(
-                f"beam {k + 1} reads exactly 0 in {int(stray.sum())} pings in which the other three say otherwise, "
-                f"the first in row {int(np.argmax(stray)) + 1} of those with four beams: leave lost cells empty"
-            )
 
 
 def keys_of(found: Mapping[str, SensorNoise], prefix: str) -> dict[str, float]:
