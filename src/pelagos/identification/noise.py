@@ -293,6 +293,18 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
         warnings.warn(f"b1 - b2 + b3 - b4: {text}", PelagosWarning, stacklevel=2)
         whole, left = whole[~far], left[~far]
     told = refuse_contradicted(whole, left)
+    squares, most = _variances(whole, left)
+    lost = tuple(float(x) for x in 1 - heard.mean(axis=0))
+    noise, relative = (float(x) for x in np.sqrt(squares))
+    if not told:
+        warn_of_wandering(left)
+    warn_of_noise(noise)
+    speed = float(np.sqrt(np.mean(whole**2)))
+    return BeamNoise(noise, relative, float(most[0]), float(most[1]), speed, lost, len(whole))
+
+
+def _variances(whole: Floats, left: Floats) -> tuple[Floats, Floats]:
+    """Squares of the noise at rest and of the relative one `(2,)`, and the most of both `(2,)`."""
     off = (left - left.mean()) ** 2
     basis = np.stack([np.full(len(whole), 4.0), ((whole @ OTHERS.T) ** 2).sum(axis=1) / 4], axis=-1)
     squares, unsure = _reweighted(basis, off)
@@ -303,13 +315,7 @@ def fit_beams(beams: Sequence[Floats]) -> BeamNoise:
             squares = np.zeros(2)
             squares[1 - k] = _reweighted(basis[:, [1 - k]], off)[0][0]
             break
-    lost = tuple(float(x) for x in 1 - heard.mean(axis=0))
-    noise, relative = (float(x) for x in np.sqrt(squares))
-    if not told:
-        warn_of_wandering(left)
-    warn_of_noise(noise)
-    speed = float(np.sqrt(np.mean(whole**2)))
-    return BeamNoise(noise, relative, float(most[0]), float(most[1]), speed, lost, len(whole))
+    return squares, most
 
 
 def _reweighted(basis: Floats, off: Floats) -> tuple[Floats, Floats]:

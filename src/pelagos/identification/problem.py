@@ -210,6 +210,7 @@ class Problem:
         self.joined = [k for k in range(1, len(joined)) if joined[k] and plan.continuity]
         self.meet = [(number(n), s) for n, s in plan.continuity.items()]
         self.sigma = np.ones(len(wanted.names))
+        self.huber = HUBER
         self.prior = np.array([p.coordinate(p.prior) for p in family.parameters])
         self.precision = np.array([p.spread**-2 for p in family.parameters])
 
@@ -246,7 +247,7 @@ class Problem:
         size = np.abs(np.where(known, off, 0.0))
         weight = np.where(known, 1.0, 0.0)
         if self.plan.loss == "huber":
-            weight *= np.where(size > HUBER, HUBER / np.maximum(size, HUBER), 1.0)
+            weight *= self.huber / np.maximum(size, self.huber)
         off = np.where(known, off, 0.0)
         m = p + s * f
         by_channel, by_shot = np.zeros((len(chosen), m, m)), np.zeros((s, m))
@@ -276,7 +277,8 @@ class Problem:
         size = np.abs(off[np.isfinite(off)])
         if self.plan.loss == "squares":
             return 0.5 * float((size**2).sum())
-        return float(np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER)).sum())
+        near = np.minimum(size, self.huber)
+        return float((near * (size - 0.5 * near)).sum())
 
     def _mismatch(self, seen: NDArray[np.float64], k: int) -> list[float]:
         found = []

@@ -13,10 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import SimulationError
-from pelagos.identification.problem import Normal, Problem, moved
+from pelagos.identification.problem import HUBER, Normal, Problem, moved
 from pelagos.identification.shots import Shots
 
 _ROUNDS: Final = 3  # of new standard deviations
+WIDE: Final = 10.0
+"""Times Huber's width in the first round: far from the solution most large differences are no outliers of the record,
+but what is to be fitted, and a search that counts them linearly ends where it has given some of them up."""
 _LARGEST: Final = 1e8  # damping at which no step helps
 _SETTLED: Final = 1e-5  # relative change of the loss
 _STILL: Final = 0.01  # standard deviations of each parameter that are left to go, whatever initial states still do
@@ -68,6 +71,7 @@ def search(
     settled = False
     for turn in range(_ROUNDS):
         problem.sized(off)
+        problem.huber = WIDE * HUBER if turn == 0 else HUBER
         here, off = problem.loss(at, shots)
         damping = 1e-3
         settled = False
