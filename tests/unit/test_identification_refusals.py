@@ -339,7 +339,7 @@ def test_a_velocity_that_is_neither_measured_nor_a_slope_cannot_be_fitted():
 def test_a_loss_is_by_squares_or_hubers_and_infinite_where_the_motion_is():
     """Huber's is half the square to 1.345 and straight with that slope beyond (P. J. Huber 1964)."""
     off = np.array([[1.0, -3.0], [np.nan, 2.0]])
-    loss = lambda kind: Problem._rho(SimpleNamespace(plan=SimpleNamespace(loss=kind)), off)
+    loss = lambda kind: Problem._rho(SimpleNamespace(plan=SimpleNamespace(loss=kind), huber=1.345), off)
     assert loss("squares") == pytest.approx((1 + 9 + 4) / 2)
     assert loss("huber") == pytest.approx(0.5 + 1.345 * (3 + 2 - 1.345))
     seen = np.zeros((2, 1, 1))

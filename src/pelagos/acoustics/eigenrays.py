@@ -11,6 +11,7 @@ Source: F. B. Jensen, W. A. Kuperman, M. B. Porter, H. Schmidt, Computational Oc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
@@ -31,13 +32,13 @@ RAYS: Final = 1536
 BOUNCES: Final = 24
 """Most bounces of a path, by default."""
 _FINE: Final = 0.02  # tangent of the angle below which half of a fan is even, and above which it thins out
-_STEEPEST: Final = 2e7  # tangent of the angle: an image 20 km high from the least distance, `_NEAREST`
-_WIDEST: Final = float(np.tan(np.radians(25.0)))  # a fan reaches at least so far: refracted rays need few bounces
+_WIDEST: Final = math.tan(math.radians(25.0))  # a fan reaches at least so far: refracted rays need few bounces
 _PARTS: Final = 8  # into which an interval of the fan is divided where bounces change
 _REFINEMENTS: Final = 2
 _CLOSE: Final = 1e-7  # [m] by which an eigenray may miss the receiver
 _ROUNDS: Final = 30
 _NEAREST: Final = 1e-3  # [m], least horizontal distance
+_STEEPEST: Final = 20e3 / _NEAREST  # tangent of the angle: an image 20 km high, from the least distance
 _EDGE: Final = 1e-6  # [m], least distance of an end from surface and bottom
 _LEAST_LANES: Final = 64
 

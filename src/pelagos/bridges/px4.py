@@ -24,7 +24,7 @@ from pelagos.bridges.transport import BridgeError
 from pelagos.math.constants import ATMOSPHERE_PA, GRAVITY
 from pelagos.math.frames import flip_yz_np
 from pelagos.math.geomagnetism import earth_field
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
@@ -229,8 +229,7 @@ class Px4Link:
 
     def _sensor(self, motion: VehicleMotion, t_us: int) -> Any:
         down = motion.position[2]
-        to_body = np.array([[1.0, -1.0, -1.0, -1.0]]) * np.array([motion.attitude])
-        field = rotate_np(to_body, flip_yz_np(self._field)[None])[0] * 1e4  # [gauss]
+        field = rotate_back_np(np.array([motion.attitude]), flip_yz_np(self._field)[None])[0] * 1e4  # [gauss]
         a, g = motion.force, motion.gyro
         return self._dialect.MAVLink_hil_sensor_message(
             t_us, *a, *g, *field.tolist(), pressure_hpa(down), 0.0, -down, 15.0, ALL_FIELDS, 0

@@ -17,7 +17,7 @@ from pelagos.bridges.inbox import ANSWER_S
 from pelagos.bridges.ros_commands import ONE_SHOT, listen, pose_nwu, received
 from pelagos.bridges.transport import Answer, Transport, Unsupported
 from pelagos.math.frames import enu_to_nwu_np, nwu_to_enu_np, quaternion_nwu_to_enu_np
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np, rotate_np
 from pelagos.messages.store import deserialize, header, make, quaternion, serialize, vector3
 from pelagos.sim.order import Order
 
@@ -36,7 +36,6 @@ HOLOOCEAN_MODES: Final = {
 STEPS_S: Final = 60.0
 _SI: Final = "simulation_interfaces/srv/"
 _WORLD: Final = ("", "map", "world")  # frames that mean the world's
-_BACK: Final = np.array([1.0, -1.0, -1.0, -1.0])  # from a quaternion to its inverse
 
 
 def serve_topics(
@@ -227,8 +226,8 @@ class Services:
         data: dict[str, Any] = {}
         frame, own = request.state.header.frame_id, f"{request.entity}/base_link"
         if frame not in (*_WORLD, own) or (frame == own and request.set_pose):
-            told = f"the state is in {frame!r}; known: 'map', and for a twist alone {own!r}"
-            return {"result": result(UNSUPPORTED, told)}
+            words = f"the state is in {frame!r}; known: 'map', and for a twist alone {own!r}"
+            return {"result": result(UNSUPPORTED, words)}
         if request.set_pose:
             try:
                 data["position"], data["attitude"] = pose_nwu(request.state.pose)
@@ -241,7 +240,7 @@ class Services:
             for key, told in (("velocity", twist.linear), ("angular_velocity", twist.angular)):
                 vector = np.array([told.x, told.y, told.z], dtype=np.float64)
                 if frame != own and attitude is not None:  # what is not found is refused below
-                    vector = rotate_np(np.array(attitude) * _BACK, enu_to_nwu_np(vector))
+                    vector = rotate_back_np(np.array(attitude), enu_to_nwu_np(vector))
                 data[key] = vector.tolist()
         if request.set_acceleration or not data:
             return {"result": result(UNSUPPORTED, "set_pose and set_twist are supported")}

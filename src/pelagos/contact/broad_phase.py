@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 
 _CLASS: Final = 2.0  # sizes within one class differ by less than this factor
 
@@ -81,8 +81,7 @@ def touching_boxes(bodies: BoundedBodies, pairs: NDArray[np.int64], margin: floa
 def _near_box(
     bodies: BoundedBodies, sphere: NDArray[np.int64], box: NDArray[np.int64], margin: float
 ) -> NDArray[np.bool_]:
-    back = bodies.attitude[box] * [1.0, -1.0, -1.0, -1.0]
-    local = rotate_np(back, bodies.position[sphere] - bodies.position[box])
+    local = rotate_back_np(bodies.attitude[box], bodies.position[sphere] - bodies.position[box])
     outside = np.maximum(np.maximum(bodies.low[box] - local, local - bodies.high[box]), 0.0)
     with np.errstate(over="ignore"):  # of a body that will not be finite soon: it is infinitely far away
         return np.asarray(np.linalg.norm(outside, axis=1) < bodies.radius[sphere] + margin)

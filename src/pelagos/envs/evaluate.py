@@ -41,6 +41,24 @@ class Scores:
         return found | {name: float(values.mean()) for name, values in self.metrics.items()}
 
 
+def episodes_of_each(env: FleetEnv | SensingEnv, episodes: int | None, what: str) -> int:
+    """Episodes of each copy, for at least so many in all; one where not given.
+
+    Args:
+        env: see `evaluate`.
+        episodes: in all.
+        what: they are needed for, in words.
+
+    Raises:
+        CommandError: another kind of environment, or no episodes.
+    """
+    if env.autoreset != "same_step" or getattr(env, "arrays", "numpy") != "numpy":
+        raise CommandError(f"{what} need an environment with autoreset='same_step' and arrays='numpy'")
+    if episodes is not None and episodes < 1:
+        raise CommandError(f"episodes is a number from 1 on, not {episodes}")
+    return 1 if episodes is None else -(-episodes // env.num_envs)
+
+
 def evaluate(env: FleetEnv | SensingEnv, policy: Policy, *, seed: int = 0, episodes: int | None = None) -> Scores:
     """The same number of first episodes of every copy, so that short ones do not count more often.
 
@@ -53,12 +71,8 @@ def evaluate(env: FleetEnv | SensingEnv, policy: Policy, *, seed: int = 0, episo
     Raises:
         CommandError: another kind of environment, or no episodes.
     """
-    if env.autoreset != "same_step" or getattr(env, "arrays", "numpy") != "numpy":
-        raise CommandError("scores need an environment with autoreset='same_step' and arrays='numpy'")
-    if episodes is not None and episodes < 1:
-        raise CommandError(f"episodes is a number from 1 on, not {episodes}")
     n, rows, names = env.num_envs, [], list[str]()
-    each = 1 if episodes is None else -(-episodes // n)
+    each = episodes_of_each(env, episodes, "scores")
     total, length, left = np.zeros(n), np.zeros(n, dtype=np.int64), np.full(n, each)
     seen, _ = env.reset(seed=seed)
     while left.any():

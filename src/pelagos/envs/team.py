@@ -12,7 +12,7 @@ from pettingzoo import ParallelEnv
 
 from pelagos.envs.tasks.rov import rov
 from pelagos.errors import CommandError
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.sim.seed import seed_of
 from pelagos.sim.simulation import Simulation
 
@@ -151,8 +151,7 @@ class FormationEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
         ranges = ranges + self._random.normal(0.0, _RANGE_NOISE_M, ranges.shape)
         for i, name in enumerate(self.possible_agents):
             s = self.sim.state[name]
-            back = s.attitude * np.array([1.0, -1.0, -1.0, -1.0])
-            away = rotate_np(back, (middle - s.position[0])[None])[0]
+            away = rotate_back_np(s.attitude, (middle - s.position[0])[None])[0]
             yaw = float(s.euler[0, 2])
             numbers = [*away[:2], *s.velocity[0, :2], math.sin(yaw), math.cos(yaw), *ranges[i]]
             found[name] = np.array(numbers, dtype=np.float32)

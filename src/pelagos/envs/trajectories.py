@@ -16,6 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.envs.evaluate import episodes_of_each
 from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.policy import Policy
 from pelagos.envs.sensing import SensingEnv
@@ -63,12 +64,7 @@ def collect(
     Raises:
         CommandError: another kind of environment, or no episodes.
     """
-    if env.autoreset != "same_step" or getattr(env, "arrays", "numpy") != "numpy":
-        raise CommandError("trajectories need an environment with autoreset='same_step' and arrays='numpy'")
-    if episodes is not None and episodes < 1:
-        raise CommandError(f"episodes is a number from 1 on, not {episodes}")
-    n = env.num_envs
-    each = 1 if episodes is None else -(-episodes // n)
+    n, each = env.num_envs, episodes_of_each(env, episodes, "trajectories")
     seen, _ = env.reset(seed=seed)
     steps: list[tuple[Any, ...]] = []
     begun, found = np.zeros(n, dtype=np.int64), [list[Trajectory]() for _ in range(n)]

@@ -18,8 +18,8 @@ from pelagos.identification.shots import Shots
 
 _ROUNDS: Final = 3  # of new standard deviations
 WIDE: Final = 10.0
-"""Times Huber's width in the first round: far from the solution most large differences are no outliers of the record,
-but what is to be fitted, and a search that counts them linearly ends where it has given some of them up."""
+"""Times Huber's width in the first round from the priors: far from the solution most large differences are no outliers
+of the record, but what is to be fitted: a search that counts them linearly ends where it has given some of them up."""
 _LARGEST: Final = 1e8  # damping at which no step helps
 _SETTLED: Final = 1e-5  # relative change of the loss
 _STILL: Final = 0.01  # standard deviations of each parameter that are left to go, whatever initial states still do
@@ -61,6 +61,7 @@ def search(
     Raises:
         SimulationError: the vehicle's motion is not finite at the priors.
     """
+    begins = at is None
     at = problem.prior.copy() if at is None else at
     _, off = problem.loss(at, shots)
     if not np.isfinite(off[~np.isnan(problem.wanted.wanted)]).all():
@@ -71,7 +72,7 @@ def search(
     settled = False
     for turn in range(_ROUNDS):
         problem.sized(off)
-        problem.huber = WIDE * HUBER if turn == 0 else HUBER
+        problem.huber = WIDE * HUBER if turn == 0 and begins else HUBER
         here, off = problem.loss(at, shots)
         damping = 1e-3
         settled = False

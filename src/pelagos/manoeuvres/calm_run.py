@@ -153,7 +153,7 @@ class CalmRun:
         return False
 
     def holds_speed(self) -> bool:
-        """Whether it gained hardly any speed in its last length."""
+        """True where it gained hardly any speed in its last length."""
         now = self.now.ahead
         back = math.ceil(self.length / max(now, _CREEPS) * self.rate_hz)
         return back < len(self.rows) and now - float(self.rows[-1 - back][_VELOCITY][0]) <= HELD * now

@@ -101,6 +101,11 @@ def rotate_np(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.floa
     return np.asarray(v + q[..., :1] * t + cross_np(q[..., 1:], t))
 
 
+def rotate_back_np(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R(q)^T v in NumPy, to the body's own axes: `(..., 4)`, `(..., 3)` -> `(..., 3)`."""
+    return rotate_np(q * [1.0, -1.0, -1.0, -1.0], v)
+
+
 def cross_np(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """a x b for NumPy rows `(..., 3)`: the bytes of `np.cross`, which takes six times as long for a few rows."""
     ax, ay, az, bx, by, bz = (c[..., i] for c in (a, b) for i in range(3))

@@ -146,7 +146,7 @@ def _check_size(path: Path, size: int) -> None:
 
 
 def _backwards(data: Any, dimension: str | None) -> bool:
-    """Whether the entries of a dimension's coordinate fall."""
+    """True where the entries of a dimension's coordinate fall."""
     if dimension not in data.coords or data[dimension].ndim != 1 or data[dimension].size < 2:
         return False
     values = data[dimension].values

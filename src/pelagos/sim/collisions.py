@@ -16,7 +16,7 @@ from pelagos.contact.impulse import Colliding, collide
 from pelagos.contact.pairs import PairContacts, body_table, pair_contacts, read_contacts
 from pelagos.jit import Array
 from pelagos.math.frames import flip_yz_np
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np, rotate_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.shapes import Shapes
 from pelagos.sim.bodies import Bodies
@@ -126,8 +126,8 @@ class Collisions:
             own = (used >= first) & (used < first + self._model.batches[name].rows)
             if impulses[own].any():
                 whole = np.zeros((self._model.batches[name].rows, 6))
-                back = moved.attitude[used[own]] * [1.0, -1.0, -1.0, -1.0]
-                parts = [flip_yz_np(rotate_np(back, impulses[own][:, at : at + 3])) / h for at in (0, 3)]
+                q = moved.attitude[used[own]]
+                parts = [flip_yz_np(rotate_back_np(q, impulses[own][:, at : at + 3])) / h for at in (0, 3)]
                 whole[used[own] - first] = np.concatenate(parts, axis=1)
                 yield name, whole
 

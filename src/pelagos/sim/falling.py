@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from pelagos.math.constants import GRAVITY
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.sim.bodies import Body
 
 if TYPE_CHECKING:
@@ -64,6 +64,6 @@ class Falling:
             found = True
             out = np.where(way[:, None] > 1e-6, apart[:, :2] / np.maximum(way, 1e-6)[:, None], [1.0, 0.0])
             pushed = np.concatenate([_PUSH_MPS * out, np.zeros((len(out), 1))], axis=1)
-            body_axes = rotate_np(state.attitude * [1.0, -1.0, -1.0, -1.0], pushed)
+            body_axes = rotate_back_np(state.attitude, pushed)
             sim.set_state(name, velocity=body_axes, where=within)
         return found

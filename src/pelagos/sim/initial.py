@@ -14,7 +14,7 @@ from pelagos import jit
 from pelagos.config.agent import Start
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.math.frames import flip_quaternion_np
-from pelagos.math.so3 import from_euler, rotate_np, yaw_np
+from pelagos.math.so3 import from_euler, rotate_back_np, rotate_np, yaw_np
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.bodies import rows, unit_rows
 from pelagos.sim.model import AgentModel, Model
@@ -105,7 +105,7 @@ def _start(
         raise ScenarioError(f"{agent.name} cannot start here: {why}", where=where)
     n, velocity = model.n, np.array([start.speed_mps, 0.0, 0.0])
     if motion is not None:
-        velocity = velocity + rotate_np((attitude * (1, -1, -1, -1))[None], motion[None])[0]
+        velocity = velocity + rotate_back_np(attitude[None], motion[None])[0]
     return StartState(np.tile(position, (n, 1)), np.tile(attitude, (n, 1)), np.tile(velocity, (n, 1)))
 
 
@@ -132,8 +132,7 @@ def on_its_sea(agent: AgentModel, ocean: Ocean, begin: StartState, state: StartS
     was, moved = _surface(agent, ocean.with_(own_waves=None), begin.position, -yaw_np(begin.attitude), copy)
     height, motion = _surface(agent, ocean, state.position, -yaw_np(state.attitude), copy)
     position = state.position + np.outer(height - was, (0, 0, 1))
-    to_body = [s.attitude * (1, -1, -1, -1) for s in (state, begin)]
-    velocity = state.velocity + rotate_np(to_body[0], motion) - rotate_np(to_body[1], moved)
+    velocity = state.velocity + rotate_back_np(state.attitude, motion) - rotate_back_np(begin.attitude, moved)
     return replace(state, position=position, velocity=velocity)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.errors import MountWarning
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np, rotate_np
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.sonar.ping.sounder import FACE_M
@@ -116,8 +116,7 @@ def _within(
 ) -> str | None:
     """Inside which of some bodies a place is."""
     for geometry, position, attitude, name in others:
-        back = attitude * np.array([1.0, -1.0, -1.0, -1.0])
-        local = rotate_np(back[None], (place - position)[None])[0]
+        local = rotate_back_np(attitude[None], (place - position)[None])[0]
         low, high = geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
         if (local > low).all() and (local < high).all() and winding_number(geometry, local) > 0.5:
             return f"lies inside {name}"

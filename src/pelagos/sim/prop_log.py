@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.messages.motion import ODOMETRY, TruthEncoder
 from pelagos.sim.props import props_of
 from pelagos.sim.record import Recorder
@@ -60,5 +60,4 @@ def _motion(
     position: NDArray[np.float64], attitude: NDArray[np.float64], velocity: NDArray[np.float64],
     spin: NDArray[np.float64],
 ) -> Motion:  # fmt: skip
-    back = attitude * [1.0, -1.0, -1.0, -1.0]  # into the body's own frame
-    return position, attitude, rotate_np(back, velocity), rotate_np(back, spin)
+    return position, attitude, rotate_back_np(attitude, velocity), rotate_back_np(attitude, spin)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.math.rotation import product
+from pelagos.math.rotation import conjugate, product
 from pelagos.math.so3 import multiply, rotate, rotate_back, rotate_np
 from pelagos.sensors.sensor import Kinematics, SensorConfig
 from pelagos.sim.set_points import exact, vectors
@@ -32,7 +32,7 @@ def remount(config: SensorConfig, position: NDArray[np.float64], orientation: ND
         orientation: `(n, 3)` roll, pitch, yaw [deg].
     """
     new = [config.model_copy(update={"orientation_deg": tuple(o)}).q_body_sensor for o in orientation.tolist()]
-    back = np.array(config.q_body_sensor) * [1.0, -1.0, -1.0, -1.0]
+    back = conjugate(np.array(config.q_body_sensor))
     turn = product(np.array(new), np.tile(back, (len(new), 1)))
     offset = position - rotate_np(turn, np.tile(config.position_m, (len(new), 1)))
     return [vectors(offset), jit.Array4f64(*(exact(column) for column in turn.T))]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.config.loader import to_yaml
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.sim.command_log import CommandLog, declare_commands
 from pelagos.sim.guidance.outline import outline, start_of
 from pelagos.sim.prop_log import PropLog
@@ -97,8 +97,7 @@ class RunLog:
             position, attitude, world, rate = (
                 np.stack([getattr(s, k) for s in new]) for k in ("position", "attitude", "velocity", "rate")
             )
-            back = (attitude * [1.0, -1.0, -1.0, -1.0]).reshape(-1, 4)
-            velocity = rotate_np(back, world.reshape(-1, 3)).reshape(world.shape)
+            velocity = rotate_back_np(attitude.reshape(-1, 4), world.reshape(-1, 3)).reshape(world.shape)
             self.recorder.write_navigation_block(name, t_ns, position, attitude, velocity, rate)
 
     def _movers(self, ticks: NDArray[np.int64]) -> None:
@@ -107,14 +106,13 @@ class RunLog:
             if mover.name in self.recorder.movers and len(ticks):
                 poses = [mover.pose(tick * self._sim.dt_ns * 1e-9) for tick in ticks.tolist()]
                 q = np.stack([p.attitude for p in poses])
-                back = q * [1.0, -1.0, -1.0, -1.0]  # into the body's own frame
                 self.recorder.write_mover_block(
                     mover.name,
                     ticks * self._sim.dt_ns,
                     np.stack([p.position for p in poses]),
                     q,
-                    rotate_np(back, np.stack([p.velocity for p in poses])),
-                    rotate_np(back, np.stack([p.angular_velocity for p in poses])),
+                    rotate_back_np(q, np.stack([p.velocity for p in poses])),
+                    rotate_back_np(q, np.stack([p.angular_velocity for p in poses])),
                 )
 
 

@@ -16,7 +16,7 @@ from pelagos.envs.task import Outcome, Start, Task
 from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, minus, norm
 from pelagos.jit import Array
-from pelagos.math.so3 import from_euler, rotate_np
+from pelagos.math.so3 import from_euler, rotate_back_np
 
 _GOAL_M = -10.0  # depth of the goal here; there it is 2 m above a floor, in water without a surface
 _FLOOR_M = 1.8  # below the goal an episode ends
@@ -76,9 +76,8 @@ class MarineGymHover(Task):
     def script(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
         """The baseline: a spring and a damper to the pose, upright."""
         s = seen.astype(np.float64)
-        back = s[:, 3:7] * np.array([1.0, -1.0, -1.0, -1.0])
         world = s[:, 0:3], s[:, 7:10], s[:, 10:13], s[:, 27:30] + s[:, 13:16], np.tile([0.0, 0.0, 1.0], (len(s), 1))
-        away, speed, spin, wanted, up = (rotate_np(back, v) for v in world)
+        away, speed, spin, wanted, up = (rotate_back_np(s[:, 3:7], v) for v in world)
         turn = np.arctan2(wanted[:, 1], wanted[:, 0])
         force = 80.0 * np.clip(away, -2.0, 2.0) - 40.0 * speed
         moment = np.stack([-16.0 * up[:, 1], 16.0 * up[:, 0], 12.0 * turn], axis=1) - 3.0 * spin

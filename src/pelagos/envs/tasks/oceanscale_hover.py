@@ -17,7 +17,7 @@ from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, minus, norm
 from pelagos.hydro.algebra import cross
 from pelagos.jit import Array
-from pelagos.math.so3 import from_euler, rotate_np
+from pelagos.math.so3 import from_euler, rotate_back_np
 from pelagos.vehicles.vehicle import Vehicle
 
 _GOAL_M = -10.0  # depth of the goal here; there it is at 1.5 m, in water without a surface
@@ -88,9 +88,9 @@ class OceanScaleHover(Task):
     def script(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
         """The baseline: a spring and a damper to the point, weak as effort counts."""
         s = seen.astype(np.float64)
-        back = s[:, [6, 3, 4, 5]] * np.array([1.0, -1.0, -1.0, -1.0])
-        back /= np.linalg.norm(back, axis=1, keepdims=True)
-        force = 1.2 * rotate_np(back, s[:, 0:3]) - 0.6 * s[:, 7:10]
+        attitude = s[:, [6, 3, 4, 5]]
+        attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
+        force = 1.2 * rotate_back_np(attitude, s[:, 0:3]) - 0.6 * s[:, 7:10]
         return np.concatenate([force, -0.03 * s[:, 10:13]], axis=1).clip(-1, 1).astype(np.float32)
 
 

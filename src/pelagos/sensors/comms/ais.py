@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 
 from pelagos.config.rate import Rate
 from pelagos.errors import ScenarioError
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np, rotate_np
 from pelagos.sensors.comms.link.carrier import Radio
 from pelagos.sensors.comms.link.medium import ModemPose
 from pelagos.sensors.comms.link.modem_port import ModemPort
@@ -84,8 +84,8 @@ class Ais:
 
     def __init__(self, config: AisConfig, context: SensorContext) -> None:
         self._config, self._context = config, context
-        back = np.array([config.q_body_sensor]) * [1.0, -1.0, -1.0, -1.0]
-        self._bow = rotate_np(back, np.array([[1.0, 0.0, 0.0]]))  # the ship's, in the antenna's frame
+        q = np.array([config.q_body_sensor])
+        self._bow = rotate_back_np(q, np.array([[1.0, 0.0, 0.0]]))  # the ship's, in the antenna's frame
         try:
             import pyais
         except ImportError:

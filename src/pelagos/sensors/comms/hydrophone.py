@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pelagos.acoustics.channel import ambient_density, noise_of
 from pelagos.config.rate import Rate
 from pelagos.config.strict import Strict
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np, rotate_np
 from pelagos.ocean.surface_wind import surface_wind
 from pelagos.sensors.comms.link.place import check_in_water
 from pelagos.sensors.comms.link.water_paths import WaterPaths, doppler
@@ -148,8 +148,7 @@ class Hydrophone:
             row, own = rows[a.path[k]], a.path == a.path[k]
             if a.loss_db[k] > a.loss_db[own].min() + _QUIET_DB:
                 continue
-            back = attitude[row : row + 1] * [1.0, -1.0, -1.0, -1.0]
-            ahead = rotate_np(back, found.arrival[k : k + 1])[0]
+            ahead = rotate_back_np(attitude[row : row + 1], found.arrival[k : k + 1])[0]
             late = self._elements @ ahead / found.speed[a.path[k], 1]  # (elements,)
             began = t - a.delay[k] - pinger.first_s
             if _silent(pinger, ratio[k] * self._time[[0, -1]] + began - [late.max(), late.min()]):

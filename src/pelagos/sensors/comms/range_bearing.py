@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.config.rate import Rate
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.sensors import noise
 from pelagos.sensors.comms.link.transponders import TransponderConfig, Transponders, pulse_noise_db
 from pelagos.sensors.comms.link.water_paths import WaterPaths
@@ -117,6 +117,6 @@ class RangeBearing:
 
 def _angles(attitude: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64]:
     """`(m, k, 2)` azimuth and elevation [rad] in the sensor frame of ways `(m, k, 3)` in the world's."""
-    back = np.repeat(attitude * [1.0, -1.0, -1.0, -1.0], way.shape[1], axis=0)
-    x, y, z = rotate_np(back, way.reshape(-1, 3)).T
+    q = np.repeat(attitude, way.shape[1], axis=0)
+    x, y, z = rotate_back_np(q, way.reshape(-1, 3)).T
     return np.stack([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))], axis=-1).reshape(*way.shape[:2], 2)

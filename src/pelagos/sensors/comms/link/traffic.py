@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.acoustics.modulation import arrival_time_error
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np
 from pelagos.sensors.comms.link.array_error import reported_bearing, reported_range
 from pelagos.sensors.comms.link.budget import (
     NOTHING,
@@ -238,8 +238,7 @@ class Traffic:
             snr = h.level_db - self._noise[r]
             gain = port.bandwidth_hz * port.preamble_s
             normals = self._chance.normals(port.path, f"bearing {t.number}", c, 2 * len(port.array)).reshape(2, -1)
-            back = poses[r].attitude[c] * [1.0, -1.0, -1.0, -1.0]
-            waves = rotate_np(np.tile(back, (len(h.waves[0]), 1)), h.waves[0]), h.waves[1]
+            waves = rotate_back_np(np.tile(poses[r].attitude[c], (len(h.waves[0]), 1)), h.waves[0]), h.waves[1]
             angles = measured_direction(port, waves, 10.0 ** (snr / 10.0) * gain, normals)
             azimuth, elevation = reported_bearing(port, self._chance, c, t.number, angles)
         shift = round(h.delay_s * SECOND)

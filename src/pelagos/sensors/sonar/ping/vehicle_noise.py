@@ -15,7 +15,7 @@ from pelagos import jit
 from pelagos.acoustics.spreading import from_db
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import rotate_back_np, rotate_np
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import sensor_pose
@@ -152,7 +152,7 @@ class Bystanders:
         direction = np.where(distance[:, None] > 1e-6, way, (0.0, 0.0, 1.0)) / np.maximum(distance, 1e-6)[:, None]
         density = source.level(self._frequency, np.linalg.norm(moving.through, axis=-1))
         density = density - 20.0 * np.log10(np.maximum(distance, _NEAREST))
-        local = rotate_np(here.attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
+        local = rotate_back_np(here.attitude, direction)
         if self._own.angle is not None:
             local = headed(local, self._own.angle(here.tick))
         level = 10.0 ** (density[:, None] / 10.0) * self._gain * self._own.apertures.power(local)
