@@ -328,6 +328,18 @@ def test_a_motion_without_commands_must_resemble_itself():
                 refuse_unexcited(record, plan, shots)
 
 
+def test_noise_of_slopes_that_are_not_smoothed_resembles_itself_in_the_next_row_alone():
+    """Differences of white noise have the correlation -1/2 with their neighbours and none with any other."""
+    plan, t = load_plan({"columns": {"u": "x"}, "commands": {"port": "n"}, "smooth_s": 0.01}), 0.05 * np.arange(600)
+    x = 1e-3 * np.diff(np.random.default_rng(4).normal(size=601))
+    assert np.corrcoef(x[1:], x[:-1])[0, 1] == pytest.approx(-0.5, abs=0.08)
+    shots = Shots(np.array([0]), 599, np.array([0]), np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 6)),
+                  np.array([False]))  # fmt: skip
+    record = read_record({"t": t, "x": x, "n": 0 * t}, plan)
+    with pytest.raises(InputError, match="too little excitation"):
+        refuse_unexcited(record, plan, shots)
+
+
 def test_a_velocity_that_is_neither_measured_nor_a_slope_cannot_be_fitted():
     record = SimpleNamespace(values=lambda name: np.arange(9.0) if name == "north" else None)
     shots = SimpleNamespace(starts=np.array([1, 4]), steps=2)

@@ -19,6 +19,7 @@ from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.camera.camera import Camera
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.pixel_order import Tiling
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 
@@ -32,8 +33,16 @@ def light(water: str, *, floor: float, height: float, renderer: str, material: s
 def parts(water: str, floor: float, height: float, renderer: str, material: str, sun_deg: float = 45.0,
           pitch_deg: float = 90.0, samples: int = 256, size: int = 32) -> dict[str, Any]:  # fmt: skip
     """The same, and what it is made of, by the names that `explain` gives."""
+    how = {"renderer": renderer, "samples": samples if renderer == "reference" else 1}
+    found = looked(water, floor, height, material, sun_deg, pitch_deg, size, how)
+    return {name: values.mean(axis=1) for name, values in found.items()}
+
+
+def looked(water: str, floor: float, height: float, material: str, sun_deg: float, pitch_deg: float, size: int,
+           how: dict[str, Any], reach: float = 300.0) -> dict[str, Any]:  # fmt: skip
+    """Light of each pixel `(3, n)` by the names that `explain` gives; the plate ends at `reach` in x."""
     z = -floor
-    corners = np.array([[-300, -300, z], [300, -300, z], [300, 300, z], [-300, 300, z]], dtype=float)
+    corners = np.array([[-300, -300, z], [reach, -300, z], [reach, 300, z], [-300, 300, z]], dtype=float)
     plate = Geometry(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32), 0, 7, 1)
     materials = [MATERIALS[material]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
@@ -42,7 +51,7 @@ def parts(water: str, floor: float, height: float, renderer: str, material: str,
     context = SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
     config = CameraConfig(
         width_px=size, height_px=size, horizontal_fov_deg=20, vignette=0.0, ripple=0.0, exposure="manual",
-        max_range_m=400.0, renderer=renderer, samples=samples if renderer == "reference" else 1,
+        max_range_m=400.0, **how,
     )  # fmt: skip
     zero, u = dr.zeros(jit.Float64, 1), dr.zeros(jit.UInt32, 1)
     half = math.radians(pitch_deg) / 2
@@ -54,7 +63,29 @@ def parts(water: str, floor: float, height: float, renderer: str, material: str,
     )  # fmt: skip
     dr.eval(motion)
     found = Camera(config, context).explain(motion)
-    return {name: values.mean(axis=1) for name, values, unit in found if unit == "cd/m^2"}
+    return {name: values for name, values, unit in found if unit == "cd/m^2"}
+
+
+def test_a_pixel_is_the_mean_of_its_samples_and_of_one_path_where_it_has_one():
+    """An edge through a column of pixels is half of either side; one path a pixel is random, a realtime picture not."""
+
+    def picture(reach: float, **how: Any) -> Any:
+        green = looked("I", 6.0, 1.5, "white", 60.0, 90.0, 32, how, reach)["light at the sensor"][1]
+        return green[np.argsort(Tiling(32, 32).arrange(np.arange(1024.0).reshape(32, 32)))].reshape(32, 32)
+
+    edge = 1.5 * math.tan(math.radians(10)) * 4.5 / 16  # in the middle of a pixel
+    one, many = (picture(edge, samples=k) for k in (1, 64))
+    dark, bright = np.quantile(one, (0.1, 0.9))
+    assert bright > 5 * dark
+    off = np.abs(many - one) / (bright - dark)
+    changed = off > 0.3
+    assert changed.sum() == 32
+    assert sorted(len(set(k)) for k in np.nonzero(changed)) == [1, 32]
+    np.testing.assert_allclose(off[changed], 0.5, atol=1 / 16)  # 64 samples of half a pixel: as far as 1 of 8 columns
+    assert off[~changed].max() < 1e-3
+    whole = picture(300.0)
+    assert whole.std() < 2e-3 * whole.mean()
+    assert picture(300.0, renderer="reference", samples=1).std() > 0.2 * whole.mean()
 
 
 @pytest.mark.parametrize(("water", "tolerance"), [("I", 0.08), ("1C", 0.15)])
