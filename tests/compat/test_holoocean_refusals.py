@@ -474,6 +474,9 @@ def test_spaces_draw_within_what_an_agent_may_be_told():
 def test_stations_forget_and_a_beacon_that_transmits_takes_no_other(still, capsys):
     one, modem = beacon(still), still.agents["auv0"].sensors["OpticalModemSensor"]
     assert (still.modems, still.modems_id) == ({4: modem}, [4])
+    for nobody in (-1, "all", []):  # there is no other beacon
+        still.send_acoustic_message(3, nobody, "OWAY", 0)
+        assert (still.beacons_status, still.media.flights) == (["Idle"], [])
     still.send_acoustic_message(3, 3, "OWAY", 1)
     assert still.beacons_status == ["Transmitting"]
     still.send_acoustic_message(3, 3, "OWAY", 2)

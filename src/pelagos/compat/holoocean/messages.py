@@ -63,7 +63,8 @@ class Media:
             print(f"Beacon {sender} is still transmitting, so the message was not sent")
             return
         flights = [Flight(sender, r, kind, data) for r in _addressees(beacons, sender, to, "acoustic beacon")]
-        beacons[sender].status = "Transmitting"
+        if flights:  # to all, where there is no other beacon, is to nobody
+            beacons[sender].status = "Transmitting"
         self.flights += flights
 
     def shine(self, sender: int, to: Any, data: Any) -> None:
