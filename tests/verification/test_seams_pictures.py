@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from pelagos import jit
 from pelagos.manoeuvres import turning_measures, zigzag_measures
-from pelagos.manoeuvres.picture import _overshoots, _track, _turn_marks
+from pelagos.manoeuvres.measures import Measure
+from pelagos.manoeuvres.picture import _bollard, _overshoots, _track, _turn_marks
 from pelagos.manoeuvres.trial import Track, Trial
 from pelagos.messages.fan import FanPreview, copper
 from pelagos.optics.snow import flakes
@@ -103,6 +104,18 @@ def test_overshoots_are_drawn_from_the_angle_to_the_peak() -> None:
     arrows = [(a.xyann[1], a.xy[1]) for a in axes.texts if not a.get_text()]
     assert arrows == [pytest.approx((10.0, 15.0), abs=1e-3), pytest.approx((-10.0, -13.0), abs=1e-3)]
     assert [a.get_text().split("\n")[0] for a in axes.texts if a.get_text()] == ["5.0°", "3.0°"]
+
+
+@pytest.mark.parametrize(("pull", "unit", "drawn"), [(9900.0, "N", 9900.0), (1e4, "kN", 10.0)])
+def test_pulls_of_ten_kilonewtons_and_more_are_drawn_in_kilonewtons(pull: float, unit: str, drawn: float) -> None:
+    said = [Measure("screw, ahead", 2.0, "N"), Measure("screw, astern", -pull, "N"), Measure("lost", 7.0, "%")]
+    figure, none = Figure(), np.zeros((0, 3))
+    track = Track(np.zeros(0), none, none, none, none, none)
+    _bollard(figure, Trial("bollard", "still water", "ship", 12.0, 0.0, track, said, np.zeros(0)))
+    pulls, lost = figure.axes
+    assert pulls.get_xlabel() == f"pull [{unit}], positive ahead"
+    assert [bar.get_width() for bar in pulls.patches] == [2.0 * drawn / pull, -drawn]
+    assert [bar.get_width() for bar in lost.patches] == [7.0]
 
 
 def test_flakes_smaller_than_a_pixel_send_the_same_light_through_any() -> None:

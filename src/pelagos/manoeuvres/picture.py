@@ -19,6 +19,7 @@ _LEAST: Final = 0.1  # deg, deg/s: axes show at least as much either side
 _BOW: Final = np.array([0.35, 0.5])  # shoulder and stem, in lengths before the middle
 _BEFORE: Final = 0.25  # of the time after an order, shown before it
 _OUTLINES: Final = 9  # along a track that is not a circle
+_KILO: Final = 1e4  # pull from which it is drawn in kN [N]
 _EVERY_DEG: Final = 45.0  # of heading, along a circle
 _ARROW: Final[dict[str, Any]] = {"arrowstyle": "<->", "color": theme.SECOND, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
 
@@ -119,9 +120,10 @@ def _bollard(figure: Figure, trial: Trial) -> None:
     lost = [m for m in trial.measures if m.unit == "%"]
     panels = figure.subplots(1 + bool(lost), 1, squeeze=False, height_ratios=[len(pulls), len(lost)][: 1 + bool(lost)])
     said = {m.name.rpartition(", ")[2]: None for m in pulls if m.value > 0}  # in the order of the thrusters
-    labels = (f"pull [N], positive {', '.join(said)}", "thrust lost [%]")
-    for axes, bars, label in zip(panels[:, 0], (pulls, lost), labels, strict=False):
-        values = [m.value for m in bars]
+    unit, newtons = ("kN", 1e3) if max((abs(m.value) for m in pulls), default=0.0) >= _KILO else ("N", 1.0)
+    labels = (f"pull [{unit}], positive {', '.join(said)}", "thrust lost [%]")
+    for axes, bars, label, one in zip(panels[:, 0], (pulls, lost), labels, (newtons, 1.0), strict=False):
+        values = [m.value / one for m in bars]
         colours = [theme.SECOND if m.unit == "%" else theme.TRUTH if m.value > 0 else theme.SENSOR for m in bars]
         drawn = axes.barh([m.name for m in bars], values, color=colours, height=0.6)
         axes.bar_label(drawn, fmt="%.4g", padding=3, fontsize=8)
@@ -134,12 +136,14 @@ def _bollard(figure: Figure, trial: Trial) -> None:
 
 def _series(axes: dict[str, Axes], trial: Trial) -> None:
     t = trial.track
-    axes["angle"].plot(t.time, np.degrees(t.attitude[:, 2]), color=theme.TRUTH, label="heading")
+    if trial.name != "spiral":  # where the ship turns round and round
+        axes["angle"].plot(t.time, np.degrees(t.attitude[:, 2]), color=theme.TRUTH, label="heading")
     if trial.name != "stop":
         helm = np.degrees(t.commands[:, trial.rudder])
         axes["angle"].step(t.time, helm, color=theme.SENSOR, where="pre", label="helm ordered")
+    if trial.name not in ("stop", "spiral"):
         axes["angle"].legend(loc="best", ncols=2)
-    axes["angle"].set_ylabel("heading [deg]" if trial.name == "stop" else "angle [deg]")
+    axes["angle"].set_ylabel({"stop": "heading [deg]", "spiral": "helm [deg]"}.get(trial.name, "angle [deg]"))
     axes["rate"].plot(t.time, np.degrees(t.rates[:, 2]), color=theme.SECOND)
     axes["rate"].set_ylabel("yaw rate [deg/s]")
     axes["speed"].plot(t.time, np.hypot(t.velocity[:, 0], t.velocity[:, 1]), color=theme.TRUTH)
