@@ -39,11 +39,18 @@ class Derived(Base):
         rate_hz: float = 6.0
         """Of the inner."""
 
+        class Innermost(Described):
+            """Within that."""
+
+            rate_hz: float = 8.0
+            """Of the innermost."""
+
 
 def test_field_says_what_its_class_wrote_under_it():
     assert descriptions(Base) == {"depth_m": "Below the surface,\npositive down.", "rate_hz": "Of the base."}
     assert descriptions(Derived) == {"rate_hz": "Of the derived.", "own": "by the field"}
     assert descriptions(Derived.Inner) == {"rate_hz": "Of the inner."}
+    assert descriptions(Derived.Inner.Innermost) == {"rate_hz": "Of the innermost."}
 
 
 def test_json_schema_has_the_descriptions_also_of_what_it_refers_to():
