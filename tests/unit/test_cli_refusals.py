@@ -19,10 +19,12 @@ from pelagos.cli import console, dataset, fit, holoocean, learn, live_bar, signa
 from pelagos.cli import main as commands
 from pelagos.cli.check import _level
 from pelagos.cli.explain import _range
+from pelagos.cli.fit_noise import _keys_as_data
 from pelagos.cli.manoeuvre import show_manoeuvre
 from pelagos.cli.stages import Stages
 from pelagos.config.mission.lines import Waypoints
 from pelagos.errors import InputError, PelagosWarning
+from pelagos.identification.noise_keys import KeyLine
 from pelagos.manoeuvres.orders import Orders
 
 
@@ -220,3 +222,12 @@ def test_levels_of_legs_in_words() -> None:
     leg = lambda **keys: Waypoints(points=((1.0, 2.0),), **keys)
     found = [_level(leg(**{key: 3.5})) for key in ("height_m", "altitude_m", "depth_m")]
     assert found == ["3.5 m height", "3.5 m altitude", "3.5 m depth"]
+
+
+def test_keys_of_noise_that_was_not_seen_are_told_as_zero() -> None:
+    """What is unknown, and what has no key, is left out."""
+    keys = [KeyLine("noise_std_m", 0.0, "m", "not seen"), KeyLine("drift_std_m", 0.5, "m"),
+            KeyLine("scale_error", None, "1", "unknown"), KeyLine("", None, "m", "no key for it")]  # fmt: skip
+    assert _keys_as_data(keys) == {
+        "keys": {"noise_std_m": 0.0, "drift_std_m": 0.5}, "units": {"noise_std_m": "m", "drift_std_m": "m"},
+    }  # fmt: skip
