@@ -15,6 +15,7 @@ import pelagos as pl
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.mavlink import MavlinkConfig, MavlinkDoor
 from pelagos.bridges.px4 import ALL_FIELDS, Px4Config, pressure_hpa
+from pelagos.bridges.transport import BridgeMismatch
 
 mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
 mavutil = pytest.importorskip("pymavlink.mavutil")
@@ -138,6 +139,15 @@ def test_sensors_are_in_the_units_of_mavlink() -> None:
     assert g.cog == 65535  # no course while it rests
     w, _, _, z = t.attitude_quaternion
     assert np.degrees(2 * np.arctan2(z, w)) == pytest.approx(30, abs=0.5)
+
+
+def test_outputs_that_lead_nowhere_are_refused_before_a_port_is_opened() -> None:
+    sim = pl.Simulation.load(scenario("bluerov2", -5.0))
+    first = sim.model.agents["a"].vehicle.actuator_names[0]
+    Px4Config(type="px4").check(sim)
+    for name, told in (("rudder", "px4: unknown actuator 'rudder'"), (first, "px4: no output moves")):
+        with pytest.raises(BridgeMismatch, match=told):
+            Px4Config(type="px4", outputs={name: 1}).check(sim)
 
 
 def test_a_disarmed_vehicle_and_wild_outputs_do_nothing() -> None:

@@ -145,6 +145,7 @@ frozen = jit.freeze(times)
 for n in (1, 1000, 100_000):
     x = jit.Float(np.full(n, 1e-30, np.float32))
     print(np.count_nonzero(np.array(frozen(x, dr.opaque(jit.Float, 1e-10)))))
+print(np.count_nonzero(np.array([3e-310]) * 1e9), np.count_nonzero(np.array([3e-300]) * 1e-9))
 """
 
 
@@ -154,7 +155,7 @@ def test_subnormal_numbers_are_nothing_on_any_number_of_threads(threads: str) ->
     done = subprocess.run(
         [sys.executable, "-c", SUBNORMAL], env=environment, capture_output=True, text=True, check=True
     )
-    assert done.stdout.split() == ["0", "0", "0"]
+    assert done.stdout.split() == ["0"] * 5
 
 
 def test_no_kernel_reads_beyond_the_last_page() -> None:

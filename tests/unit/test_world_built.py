@@ -113,7 +113,8 @@ LARGE = {"dam", "open_water", "pier_harbor"}
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in LARGE else ()) for n in CLASSICS])
 def test_classics_build_and_have_free_water_or_air(name):
-    world = ClassicConfig(name=name).build()
+    world = ClassicConfig(name=name, latitude_deg=-33.5, longitude_deg=18.25).build()
+    assert (world.origin.latitude, world.origin.longitude) == (-33.5, 18.25)
     dry = {"rooms": (-3, 3, 1), "business_campus": (45, 30, 1.5), "example_level": (0, 0, 2)}
     start = {"open_water": (0, 0, -150), "tank": (0, 0, -2), **dry}.get(name, (-20, 10, -5))
     assert world.inside(start, 0.5) is None

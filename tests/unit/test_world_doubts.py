@@ -53,6 +53,9 @@ def test_missing_libraries_and_textures_are_named(tmp_path):
     (tmp_path / "b.mtl").write_text("newmtl wood\nmap_Kd planks.png\n")
     assert any("none.mtl, which does not exist" in n for n in notes(tmp_path / "a.obj"))
     assert any("planks.png, which does not exist" in n for n in notes(tmp_path / "b.obj"))
+    (tmp_path / "c.mtl").write_text("newmtl steel\nmap_Bump rivets.png\n")
+    (tmp_path / "c.obj").write_text("mtllib b.mtl\nmtllib c.mtl\n" + text)
+    assert [n.split()[2] for n in notes(tmp_path / "c.obj")] == ["planks.png,", "rivets.png,"]
     (tmp_path / "planks.png").touch()
     assert not notes(tmp_path / "b.obj")
 

@@ -279,6 +279,8 @@ ROBOTS = {
     "itself": ("<mujoco><include file='robot.xml'/></mujoco>", r"'robot\.xml' that is included was not found in"),
     "numbers": ("<mujoco><worldbody><geom type='capsule' size='1' fromto='0 0 0 1 1'/></worldbody></mujoco>",
                 "'0 0 0 1 1' is not 6 numbers"),
+    "more numbers": ("<mujoco><worldbody><geom type='capsule' size='1' fromto='0 0 0 1 1 2 2'/></worldbody></mujoco>",
+                     "'0 0 0 1 1 2 2' is not 6 numbers"),
     "height field": ("<mujoco><worldbody><geom type='hfield' hfield='a'/></worldbody></mujoco>",
                      "holds no visual shapes that are read"),
     "heightmap": ("<sdf><model name='m'><link name='l'><visual name='v'><geometry><heightmap/></geometry></visual>"

@@ -17,9 +17,10 @@ def field():
 
 
 def test_nodes_are_reproduced_exactly(field):
-    x, y = np.meshgrid(field.x, field.y, indexing="ij")
-    assert np.array_equal(field.height(x, y), field.z)
-    assert np.array_equal(field.surface(x, y), field.z)
+    for each in (field, HeightField(-30.0, 12.5, 0.7, field.z.T)):
+        x, y = np.meshgrid(each.x, each.y, indexing="ij")
+        assert np.array_equal(each.height(x, y), each.z)
+        assert np.array_equal(each.surface(x, y), each.z)
 
 
 def test_bilinear_is_exact_for_bilinear_ground():
