@@ -96,6 +96,19 @@ def preload() -> None:
         importlib.import_module(name)
 
 
+def overlay(mutant: Mutant, folder: Path) -> Path:
+    """A new folder with the package as the mutant has it: links, and the one file. For processes that a test starts."""
+    here, there = folder / SOURCES.name, SOURCES
+    for part in Path(mutant.file).parts:
+        here.mkdir(parents=True)
+        for entry in there.iterdir():
+            if entry.name not in (part, "__pycache__"):
+                (here / entry.name).symlink_to(entry)
+        here, there = here / part, there / part
+    here.write_text(mutant.mutated())
+    return folder
+
+
 def start(mutant: Mutant | None, tests: Sequence[str], log: Path) -> int:
     """Fork a process that runs `tests` with the mutant in place; returns its pid. The log's last line is the test."""
     pid = os.fork()
@@ -113,6 +126,7 @@ def start(mutant: Mutant | None, tests: Sequence[str], log: Path) -> int:
         sys.path[:0] = [str(ROOT / "src"), str(ROOT)]  # contracts import one another by their full names
         if mutant is not None:
             sys.meta_path.insert(0, MutantFinder(mutant))
+            os.environ["PYTHONPATH"] = str(overlay(mutant, log.with_suffix("")))
         import pytest
 
         os.chdir(ROOT)
