@@ -21,7 +21,7 @@ from pelagos.envs.fleet import FleetEnv, Inbox
 from pelagos.envs.lerobot import save_lerobot
 from pelagos.envs.picture import Track
 from pelagos.envs.policy import Network
-from pelagos.envs.ppo import Recipe, train
+from pelagos.envs.ppo import Recipe, _Learner, train
 from pelagos.envs.shared import acts_of
 from pelagos.envs.single import SingleEnv
 from pelagos.envs.tasks.hover import Hover
@@ -389,3 +389,39 @@ def test_rsl_rl_takes_tensors_of_copies_that_begin_anew_at_once(monkeypatch: pyt
     for arrays, mode in (("numpy", "same_step"), ("torch", "disabled")):
         with pytest.raises(CommandError, match="RSL-RL takes a fleet with arrays='torch' and autoreset='same_step'"):
             rsl_rl.RslRlEnv(SimpleNamespace(arrays=arrays, program=SimpleNamespace(autoreset=mode)))
+
+
+class Numbers(np.ndarray):
+    """Rows as tensors are, as far as advantages take them."""
+
+    def float(self) -> np.ndarray:
+        return self.astype(np.float64)
+
+
+def test_advantages_are_the_decayed_errors_until_an_episode_ends() -> None:
+    """J. Schulman et al. 2016 (arXiv 1506.02438), equation 16: A_t = sum of (gamma lambda)^k of delta_{t+k}, with
+    delta = r + gamma V' - V, no further than the end, where V' is 0."""
+    rng, discount, trace = np.random.default_rng(6), 0.83, 0.61
+    reward, value = rng.normal(size=(2, 5, 3))
+    last = rng.normal(size=3)
+    over = np.zeros((5, 3), dtype=bool)
+    over[1, 0] = over[3, 1] = over[4, 2] = True
+    rows = lambda a: [row.view(Numbers) for row in a]
+    kept = {"reward": rows(reward), "value": rows(value), "over": rows(over),
+            **{k: rows(rng.normal(size=(5, 3))) for k in ("seen", "action", "log")}}  # fmt: skip
+    torch = SimpleNamespace(zeros_like=np.zeros_like, stack=np.stack, cat=np.concatenate)
+    learner = SimpleNamespace(_torch=torch, _recipe=SimpleNamespace(horizon=5, discount=discount, trace=trace))
+    found = _Learner._advantages(learner, kept, last)
+    after = np.concatenate([value[1:], last[None]])
+    expected = np.zeros((5, 3))
+    for t in range(5):
+        for copy in range(3):
+            for k in range(t, 5):
+                ends = over[k, copy]
+                delta = reward[k, copy] + discount * (0 if ends else after[k, copy]) - value[k, copy]
+                expected[t, copy] += (discount * trace) ** (k - t) * delta
+                if ends:
+                    break
+    np.testing.assert_allclose(found["advantage"], expected.ravel(), rtol=1e-12)
+    np.testing.assert_allclose(found["goal"], (expected + value).ravel(), rtol=1e-12)
+    np.testing.assert_array_equal(found["action"], np.concatenate(kept["action"]))
