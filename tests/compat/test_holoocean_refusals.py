@@ -8,6 +8,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 from holoocean_env import agent, opened
+from scipy.spatial.transform import Rotation
 
 import pelagos.compat.holoocean as holoocean
 from pelagos.compat.holoocean import command, importing, joint_constraints, lcm, octrees, packagemanager, settings, util
@@ -860,3 +861,17 @@ def test_a_weather_has_a_type():
         HoloOceanException, match=r"a weather's type is 0 \(sunny\), 1 \(cloudy\) or 2 \(rain\), not None"
     ):
         native_scenario(env, env.agents.values())
+
+
+def test_an_agent_sees_what_is_ahead_of_it_whatever_its_heading() -> None:
+    """40 degrees to the left of north, tipped up by 25: forward is the first column of its rotation."""
+    env = unbuilt(sensor("AvoidTask", ToAvoid="auv0", OnlyWithinSight=True, FOVRadians=0.5))
+    env.sees = lambda *_: True
+    task, turn = env.agents["auv0"].sensors["AvoidTask"], Rotation.from_euler("ZY", [40, -25], degrees=True)
+    ahead = lambda *off: 8.0 * turn.apply(Rotation.from_euler("ZY", off, degrees=True).apply([1.0, 0.0, 0.0]))
+    eye = SimpleNamespace(position=np.array([3.0, -7.0, -2.0]), rotation=turn.as_matrix())
+    half = math.degrees(task._half)
+    for off, seen in (((0, 0), True), ((half - 1, 0), True), ((half + 1, 0), False), ((0, half - 1), True),
+                      ((0, -half - 1), False), ((-half - 1, 0), False)):  # fmt: skip
+        env.motions = {"auv0": eye, "b": SimpleNamespace(position=eye.position + ahead(*off))}
+        assert task.seen("auv0", "b") is seen, off

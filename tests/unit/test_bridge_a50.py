@@ -166,3 +166,12 @@ def test_reckoning_begins_anew_where_a_driver_asks(kind: Any, monkeypatch: pytes
     assert b"velocity" not in silent
     assert b"wrz" not in silent
     assert a50._way.position == pytest.approx((0.2, -0.1, 0.05))  # with the last velocity that it had
+
+
+def test_a_way_goes_on_from_a_loss_with_what_is_seen_after_it() -> None:
+    """Unseen, the last velocity holds; the first one seen again holds for the step that it ends."""
+    way = Reckoning()
+    for t, velocity in ((1.0, (0.8, -0.5, 0.2)), (1.4, None), (1.6, (-0.3, 0.9, 0.7)), (1.7, (0.1, 0.5, -0.1))):
+        way = way.after(ping(t, velocity), [1.0, 0.0, 0.0, 0.0])
+    steps = 0.4 * np.array([0.8, -0.5, 0.2]) + 0.2 * np.array([-0.3, 0.9, 0.7])
+    np.testing.assert_allclose(way.position, steps + 0.1 * np.array([-0.1, 0.7, 0.3]), atol=1e-12)

@@ -733,3 +733,12 @@ def test_two_doors_at_one_port_are_refused() -> None:
             check_doors(sim, {"one": one, "two": two})
     free = {"a": RosbridgeConfig(type="rosbridge", port=0), "b": FoxgloveConfig(type="foxglove", port=0)}
     check_doors(sim, {**free, "c": log("tcp:7000"), "d": log("udp:7000"), "e": log("udp:7000")})
+
+
+def test_a_damaged_frame_takes_none_with_it_that_began_within_its_length() -> None:
+    good = ping.frame(ping.GENERAL_REQUEST, struct.pack("<H", ping.DISTANCE))
+    damaged = bytearray(ping.frame(ping.DISTANCE, b"\x05" * 9 + good))
+    damaged[-1] ^= 0x40
+    frames = ping.Frames()
+    assert list(frames.feed(bytes(damaged))) == [(ping.GENERAL_REQUEST, struct.pack("<H", ping.DISTANCE))]
+    assert frames.bad > 0

@@ -292,3 +292,16 @@ def test_an_axis_that_a_ground_station_has_not_is_left_alone(station: Any) -> No
     (ticket,) = exchange.inbox._waiting
     assert ticket.order.data["values"] == pytest.approx([0.5, 0.0, 0.0, 0.0, 0.0, -0.4 * np.radians(30.0)])
     door.close()
+
+
+def test_a_ground_station_sees_the_vehicle_where_it_is() -> None:
+    """3 m north and 2 m east of 45 N 12 E, heading 30 degrees; 1e-7 degrees are a centimetre."""
+    sim = pl.Simulation.load(scenario("wamv", 0.0, control="actuators"))
+    door = MavlinkDoor(Exchange(sim), MavlinkConfig(type="mavlink", port=free_port(socket.SOCK_DGRAM)))
+    found = next(m for m in door._state(sim) if m.get_type() == "GLOBAL_POSITION_INT")
+    door.close()
+    x, y = sim.world.origin.to_xy(found.lat * 1e-7, found.lon * 1e-7)
+    np.testing.assert_allclose([x, y], [3, -2], atol=0.02)
+    assert found.lat > 450_000_000
+    assert found.lon > 120_000_000
+    assert found.hdg == pytest.approx(3000, abs=50)

@@ -420,3 +420,9 @@ def test_the_rate_of_a_circles_course_is_its_derivative_along_the_way() -> None:
     rate = circle_rate(center, radius, turn, place, velocity, ahead)
     np.testing.assert_allclose(rate, expected, atol=h**2 + 1e-11 / h)
     assert (np.abs(expected) > 0.01).sum() > 30
+
+
+def test_a_level_is_reached_from_either_side() -> None:
+    there = SimpleNamespace(altitude=np.array([2.0, 4.5, 5.9, 9.0]), depth=np.array([-3.0, 6.5, 7.9, 12.0]))
+    assert Level(altitude_m=5.0).reached(there, 1.0).tolist() == [False, True, True, False]
+    assert Level(depth_m=7.0).reached(there, 1.0).tolist() == [False, True, True, False]

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pelagos.errors import CommandError, InputError
 from pelagos.sim.bearable import check_current
 from pelagos.sim.bodies import rows
+from pelagos.sim.initial import _touched
 from pelagos.sim.order import Order, apply
 from pelagos.sim.simulation import Simulation
 from pelagos.world.body import Prop
@@ -185,3 +188,22 @@ def legs(base: dict[str, Any], **leg: Any) -> dict[str, Any]:
 def test_an_agent_is_refused_at_load(a: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError, match=re.escape(told)):
         Simulation.load({"world": {"type": "built", "depth_m": None}, "agents": {"a": a}})
+
+
+def test_a_hull_is_probed_as_it_is_turned() -> None:
+    turn, position = Rotation.from_euler("ZYX", [130, -20, 35], degrees=True), np.array([4.0, -3.0, -6.0])
+    starts, vectors = np.random.default_rng(2).normal(size=(2, 5, 3))
+    asked: list[Any] = []
+
+    def cast(*given: Any) -> Any:
+        asked.extend(given)
+        return SimpleNamespace(valid=np.array([True, True]), t=np.array([2.0, 1.0]), instance=np.array([4, 7]))
+
+    world = SimpleNamespace(cast=cast, names={4: "quay", 7: "boat"})
+    x, y, z, w = turn.as_quat()
+    agent = SimpleNamespace(vehicle=SimpleNamespace(probes=(starts, vectors)))
+    found = _touched(agent, world, position, np.array([w, x, y, z]))  # type: ignore[arg-type]
+    assert found == "at (4.00, -3.00, -6.00) m its hull would touch boat"
+    np.testing.assert_allclose(asked[0], position + turn.apply(starts), atol=1e-12)
+    np.testing.assert_allclose(asked[1], turn.apply(vectors), atol=1e-12)
+    np.testing.assert_allclose(asked[2], np.linalg.norm(vectors, axis=1))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
 from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
 
 import pelagos as pl
 from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.errors import InputError
+from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.build import build_world, world_config
-from pelagos.world.export import save, save_glb
+from pelagos.world.export import load, save, save_glb
 from pelagos.world.material import MATERIALS
 
 ORIGIN = {"latitude_deg": 44.5, "longitude_deg": 9.25}
@@ -73,3 +77,20 @@ def test_gltf_comes_back_upright(tmp_path):
     back = build_world(world_config(again))
     a, b = (np.sort(w.geometries[0].vertices[w.geometries[0].faces].reshape(-1, 9), axis=0) for w in (world, back))
     np.testing.assert_allclose(a, b, atol=1e-5)
+
+
+def test_a_saved_world_has_each_copy_of_a_model_where_and_as_it_was(tmp_path):
+    """Copies of two models by turns, with a mesh of its own between them."""
+    rng = np.random.default_rng(4)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.uint32)
+    models = [Geometry(rng.normal(size=(4, 3)), faces, 0, 0, 0) for _ in range(2)]
+    things = [
+        PlacedGeometry(models[k % 2], turn=Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), scale=0.5 + 0.3 * k,
+                       offset=rng.normal(scale=9, size=3), material=0, label=2, instance=50 + k, name=f"thing {k}")
+        for k in range(5)
+    ]  # fmt: skip
+    things.insert(2, Geometry(rng.normal(size=(4, 3)), faces, 0, 3, 49, name="own"))
+    world = replace(build_world(world_config({"type": "flat"})), geometries=tuple(things))
+    for one, other in zip(world.geometries, load(save(world, tmp_path / "w.npz")).geometries, strict=True):
+        assert (one.name, one.instance, one.label) == (other.name, other.instance, other.label)
+        np.testing.assert_allclose(other.vertices, one.vertices, atol=1e-5)

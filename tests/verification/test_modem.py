@@ -486,3 +486,15 @@ def test_what_is_under_way_ends_with_a_reset() -> None:
     assert listen(sim, 3.0)[0]["b"] == []
     sim.send("a", "modem", "of now", to="b")
     assert [p.payload for p in listen(sim, 3.0)[0]["b"]] == [b"of now"]
+
+
+def test_a_fleet_sends_where_one_of_its_copies_can() -> None:
+    """The housing stands 25 m: a copy at 10 m may send, one at 30 m not, alone or with another there."""
+    sim = pl.Simulation.load(scenario(TWO, depth_max_m=25.0), n=2)
+    place = sim.state["b"].position.copy()
+    place[0, 2] = -10.0
+    sim.set_state("b", position=place)
+    sim.send("b", "modem", "x", to="a")
+    sim.send("b", "modem", "x", to="a", where=[0])
+    with pytest.raises(pl.CommandError, match="30 m deep; its housing stands 25 m"):
+        sim.send("b", "modem", "x", to="a", where=[1])
