@@ -498,3 +498,15 @@ def test_a_fleet_sends_where_one_of_its_copies_can() -> None:
     sim.send("b", "modem", "x", to="a", where=[0])
     with pytest.raises(pl.CommandError, match="30 m deep; its housing stands 25 m"):
         sim.send("b", "modem", "x", to="a", where=[1])
+
+
+def test_beacons_of_a_copy_that_begins_anew_count_from_then() -> None:
+    """Two beacons at 0, 2, 4 s of each run: six packets within 5 s, also of a run that begins at 7 s."""
+    sim = pl.Simulation.load(scenario(TWO, beacon_s=2.0), n=2)
+    sim.run(7.0)
+    sim.reset(where=[True, False])
+    counts = []
+    for seconds in (1.0, 2.0, 2.0):
+        sim.run(seconds)
+        counts.append(sim.stepper.traffic._numbers[0])
+    assert counts == [2, 4, 6]
