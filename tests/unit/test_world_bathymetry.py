@@ -285,3 +285,18 @@ def test_real_surveys():
     lagoon = REAL / "venice_lagoon_corila2003_soundings.csv.gz"
     venice = build(lagoon, crs="EPSG:3004", centre_deg=(45.335, 12.33), size_m=(1000, 1000), resolution_m=5.0)
     assert -50 < venice.bounds[0, 2] < -15
+
+
+def test_soundings_are_averaged_about_the_crop_wherever_the_origin_is(tmp_path, monkeypatch):
+    """The origin 3 km north and 5 km east of the crop's middle; a grid of 60 m about soundings each 110 m."""
+    lat, lon = np.meshgrid(np.linspace(44.06, 44.14, 81), np.linspace(13.08, 13.22, 101), indexing="ij")
+    rows = "".join(
+        f"{a:.6f},{b:.6f},{z:.4f}\n" for a, b, z in zip(*(v.ravel() for v in (lat, lon, bed(lat, lon))), strict=True)
+    )
+    (tmp_path / "s.csv").write_text("lat,lon,z\n" + rows)
+    monkeypatch.setattr("pelagos.world.bathymetry.regrid._MANY", 100)
+    world = build(tmp_path / "s.csv", **CROP | {"latitude_deg": 44.127, "longitude_deg": 13.2125, "resolution_m": 60.0})
+    middle = world.origin.to_xy(*CROP["centre_deg"])
+    assert np.hypot(*middle) > 5000
+    np.testing.assert_allclose(world.bounds[:, :2].mean(axis=0), middle, atol=60)
+    assert worst(world) < 0.02
