@@ -4,7 +4,8 @@
 (`jit.Float64`, `jit.mi`, ...) finds LLVM or CUDA, sets the Mitsuba variant, and keeps the types in this module.
 
 Environment: `PELAGOS_DEVICE=auto|cpu|cuda` (default auto: CUDA when a device and OptiX are usable),
-`PELAGOS_THREADS=N` (default all cores), `DRJIT_LIBLLVM_PATH=FILE` (a libLLVM of your choice, 16 or newer).
+`PELAGOS_THREADS=N` (default all cores), `PELAGOS_LANES=4|8|16` (numbers that a kernel takes at once, at most; default
+what the processor has), `DRJIT_LIBLLVM_PATH=FILE` (a libLLVM of your choice, 16 or newer).
 
 Types, all differentiable: single precision for rays and images (`Float`, `Array2f`, `Array3f`, `Quaternion4f`),
 double for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f64`), `UInt32`, `UInt64`, `Int32`,
@@ -25,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar, cast,
 
 from pelagos.errors import DeviceError
 from pelagos.kernel_check import explained, watched
-from pelagos.llvm import find_llvm
+from pelagos.llvm import find_llvm, limit_lanes
 
 MAX_THREADS: Final = 1024
 Device: TypeAlias = Literal["cpu", "cuda"]
@@ -375,6 +376,8 @@ def _start() -> None:
         if not threads.isdecimal() or not 1 <= int(threads) <= MAX_THREADS:
             raise DeviceError(f"PELAGOS_THREADS must be a whole number from 1 to {MAX_THREADS}, not {threads!r}")
         dr.set_thread_count(int(threads))
+    if chosen == "cpu" and "PELAGOS_LANES" in os.environ:
+        limit_lanes(os.environ["PELAGOS_LANES"])
     flush_subnormals()
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=_after_fork)

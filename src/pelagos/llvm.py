@@ -1,4 +1,4 @@
-"""libLLVM, by which Dr.Jit compiles for the processor: found, or said how to install."""
+"""libLLVM, by which Dr.Jit compiles for the processor: found, or said how to install, and held to fewer lanes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from typing import Final
 from pelagos.errors import DeviceError
 
 MIN_LLVM: Final = 16  # 14 is refused by Dr.Jit, 15 aborts the process on AVX-512 machines
+LANES: Final = ("4", "8", "16")  # of PELAGOS_LANES
+_CALLS: Final = ("_Z21jit_llvm_vector_widthv", "_Z19jit_llvm_target_cpuv", "_Z24jit_llvm_target_featuresv",
+                 "_Z19jit_llvm_set_targetPKcS0_j")  # fmt: skip
 
 
 def find_llvm() -> Path:
@@ -71,6 +74,32 @@ def _candidates() -> list[Path]:
         folders += sorted(Path("/usr/lib").glob("llvm*/lib")) + sorted(Path("/opt/homebrew/Cellar").glob("llvm*/*/lib"))
     patterns = ("libLLVM*.so*", "libLLVM*.dylib", "LLVM-C.dll")
     return [p for folder in folders for pattern in patterns for p in sorted(folder.glob(pattern))]
+
+
+def limit_lanes(told: str) -> None:
+    """Have Dr.Jit compile for at most so many numbers at once: for AVX-512's sixteen it takes up to three times as long
+    as for eight, AVX2's, in kernels that have not enough registers for pairs of eight doubles.
+
+    Dr.Jit has the call in C++ alone, so that it is called in its library by its mangled name.
+
+    Raises:
+        DeviceError: another number than `LANES`, or a Dr.Jit whose library has no such call.
+    """
+    import ctypes
+
+    import drjit
+
+    if told not in LANES:
+        raise DeviceError(f"PELAGOS_LANES must be {', '.join(LANES[:-1])} or {LANES[-1]}, not {told!r}")
+    libraries = [*Path(drjit.__file__).parent.glob("*drjit-core.*")]
+    library = ctypes.CDLL(str(libraries[0])) if libraries else None
+    if not all(hasattr(library, name) for name in _CALLS):
+        raise DeviceError(f"PELAGOS_LANES={told}: Dr.Jit {drjit.__version__} lets nobody choose here; unset it")
+    width, cpu, features, set_target = (getattr(library, name) for name in _CALLS)
+    cpu.restype = features.restype = ctypes.c_char_p
+    set_target.argtypes, set_target.restype = (ctypes.c_char_p, ctypes.c_char_p, ctypes.c_uint32), None
+    if width() > int(told):
+        set_target(cpu(), features(), int(told))
 
 
 def _how_to_install() -> str:

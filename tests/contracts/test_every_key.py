@@ -105,22 +105,23 @@ def between(lag: Any) -> np.ndarray:
 
 
 def of_actuator(config: Any, plant: Plant, flow: Flow) -> list[Any]:
-    """Force and moment at states of both signs, mass aboard, and where the state goes from there in a step."""
+    """Force and moment at states of both signs, mass aboard, and where the state goes from there in a step: at the
+    start of an episode and late in it, to a command far off and to one nearby.
+    """
     made = config.build(plant.body)
     law = made.follower(flow) if isinstance(made, Carrier) else made.lag
-    rng, found = np.random.default_rng(3), []
+    rng = np.random.default_rng(3)
     low, high = (float(getattr(law, end, sign)) for end, sign in (("low", -1.0), ("high", 1.0)))
-    for late in (0.0, 9.0):
-        state, command = (jit.Float64(rng.uniform(1.3 * low, 1.3 * high, STATES)) for _ in range(2))
-        found += made.wrench(law.limited(state), flow)
-        kept = [jit.Float64(late * rng.uniform(0, 1, STATES)) for _ in range(law.memory)]
-        found += law.rates(state, kept, command)
-        found += law.after(state, kept, command, jit.Float64(0.05))
-        found += law.after(state, kept, state + 0.01 * command, jit.Float64(0.05))
-        if isinstance(made, Carrier):
-            aboard, taken = made.cargo(law.limited(state), flow), made.taken(state, command, flow)
-            found += [aboard.mass, aboard.displaced, *aboard.center, *(x for row in aboard.inertia for x in row)]
-            found += [taken.mass]
+    states, commands = rng.uniform(1.3 * low, 1.3 * high, (2, STATES))
+    late, near = np.tile([0.0, 9.0], STATES // 2), np.arange(STATES) // 2 % 2 == 0
+    state, command = jit.Float64(states), jit.Float64(np.where(near, states + 0.01 * commands, commands))
+    kept = [jit.Float64(late * rng.uniform(0, 1, STATES)) for _ in range(law.memory)]
+    found = [*made.wrench(law.limited(state), flow), *law.rates(state, kept, command)]
+    found += law.after(state, kept, command, jit.Float64(0.05))
+    if isinstance(made, Carrier):
+        aboard, taken = made.cargo(law.limited(state), flow), made.taken(state, command, flow)
+        found += [aboard.mass, aboard.displaced, *aboard.center, *(x for row in aboard.inertia for x in row)]
+        found += [taken.mass]
     found += [jit.Float64(np.full(STATES, float(v))) for v in (*made.site.point, made.site.size)]  # for its wetness
     if hasattr(made, "command"):
         found.append(made.command(jit.Float64(rng.uniform(-20, 20, STATES))))

@@ -204,9 +204,9 @@ def test_a_picture_of_a_manoeuvre(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 def test_a_manoeuvre_of_another_parameter_set(capsys: pytest.CaptureFixture[str]) -> None:
     """By HMRI's drift tests the tanker turns wider: MARIN's model had 3.1 to 3.4 L."""
-    widths = []
+    widths, orders = [], Orders(rudder_deg=35.0, seconds=500.0)
     for variant in (None, "drift_tests"):
-        show_manoeuvre("kvlcc2", "turning", Orders(rudder_deg=35.0), out=None, as_json=True, variant=variant)
+        show_manoeuvre("kvlcc2", "turning", orders, out=None, as_json=True, variant=variant)
         told = json.loads(capsys.readouterr().out)
         assert told["variant"] == variant
         widths.append(next(m["value"] for m in told["measures"] if m["name"] == "tactical diameter"))

@@ -35,6 +35,7 @@ def test_errors_pickle(error: PelagosError) -> None:
     [
         ({"PELAGOS_THREADS": "1000000"}, "PELAGOS_THREADS must be a whole number from 1 to 1024"),
         ({"PELAGOS_THREADS": "²"}, "PELAGOS_THREADS must be a whole number from 1 to 1024"),
+        ({"PELAGOS_LANES": "6"}, "PELAGOS_LANES must be 4, 8 or 16, not '6'"),
         ({"DRJIT_LIBLLVM_PATH": __file__}, "cannot be loaded"),
         ({"DRJIT_LIBLLVM_PATH": _pydantic_core.__file__}, "is no libLLVM 16 or newer"),  # a library, but another
     ],
@@ -44,6 +45,32 @@ def test_what_cannot_be_used_is_a_sentence(variables: dict[str, str], message: s
     environment = {**os.environ, "PELAGOS_DEVICE": "cpu", **variables}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert message in done.stdout
+
+
+def lanes(told: str | None) -> tuple[int, list[float]]:
+    """How many lanes the code of a kernel has that another process compiles, and what comes of it."""
+    code = """
+import re
+from pelagos import jit
+import drjit as dr
+x = jit.Float64([1.5, -2.25, 3.0]) * 1.125 + 0.5
+with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+    dr.eval(x)
+    text = dr.kernel_history([dr.KernelType.JIT])[-1]["ir"].getvalue()
+print(re.search(r"<(\\d+) x double>", text)[1], *x)
+"""
+    environment = {k: v for k, v in os.environ.items() if k != "PELAGOS_LANES"} | {"PELAGOS_DEVICE": "cpu"}
+    environment |= {} if told is None else {"PELAGOS_LANES": told}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    width, *values = done.stdout.split()
+    return int(width), [float(v) for v in values]
+
+
+def test_kernels_have_at_most_the_lanes_that_were_told() -> None:
+    most, values = lanes(None)
+    assert values == [1.5 * 1.125 + 0.5, -2.25 * 1.125 + 0.5, 3.0 * 1.125 + 0.5]
+    for told in ("4", "8", "16"):
+        assert lanes(told) == (min(int(told), most), values)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
