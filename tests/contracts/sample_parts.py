@@ -59,11 +59,11 @@ SAMPLES: Mapping[str, tuple[tuple[Any, Mapping[str, Any]], ...]] = {
         ("otter", {"type": "blunt_lift", "size_m": [0.5, 0.4, 0.3]}),
         ("bluerov2", {"type": "quadratic_damping", "diagonal": [100.0, 140.0, 190.0, 2.0, 1.5, 1.7],
                       "oblique": "frame", "size_m": [0.5, 0.4, 0.3], "center_m": [0.03, -0.02, 0.05]}),
-        ("kvlcc2", {"type": "bank", "draught_m": 20.8}),
         ("kvlcc2", {"type": "squat", "sinkage": 1.3, "trim": -0.6}),
         ("kvlcc2", {"type": "clarke", "draught_m": 20.8}),
         ("kvlcc2", {"type": "roll_damping", "draught_m": 20.8, "block": 0.8, "midship": 0.97, "gravity_depth_m": 2.0,
                     "keel_length_m": 60.0, "keel_breadth_m": 1.0}),
+        ("kvlcc2", {"type": "bank", "draught_m": 20.8}),
     ),
     "actuators": (
         ("bluerov2", {"type": "channel", "low": -2.0, "high": 3.0, "time_constant_s": 0.4}),

@@ -112,7 +112,7 @@ def quay_scenario(*places, walls):
 
 
 def test_ships_are_drawn_to_quays_by_the_acceleration_of_the_vehicle():
-    """Of the first step: quay 1.8 m to port, another 3.4 m to starboard, ground at 1 m; a second ship beside, turned."""
+    """Of the first step: quay 1.8 m to port, another 3.4 m to starboard, ground at 1 m; another ship, turned."""
     both = pl.Simulation.load(quay_scenario((0.0, 0.0, 0.0), (9.0, 0.3, 10.0), walls=(2.8, -4.4)))
     alone = pl.Simulation.load(quay_scenario((0.0, 0.0, 0.0), walls=(2.8, -4.4)))
     for sim in (both, alone):

@@ -228,7 +228,7 @@ class Model:
         return found
 
     def _coriolis_of_walls(self, inertia: Inertia, flow: Flow) -> dict[str, Vector]:
-        """What published models leave out of Coriolis forces, of added mass that no published model contains (6)."""
+        """Coriolis forces by walls that a published model of the hull alone leaves out (6), by name."""
         found: dict[str, Vector] = {}
         for name, term in self.terms.items():
             if has_image(term) and getattr(term, "whole_coriolis", False):
