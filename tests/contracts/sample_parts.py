@@ -63,6 +63,7 @@ SAMPLES: Mapping[str, tuple[tuple[Any, Mapping[str, Any]], ...]] = {
         ("kvlcc2", {"type": "clarke", "draught_m": 20.8}),
         ("kvlcc2", {"type": "roll_damping", "draught_m": 20.8, "block": 0.8, "midship": 0.97, "gravity_depth_m": 2.0,
                     "keel_length_m": 60.0, "keel_breadth_m": 1.0}),
+        ("kvlcc2", {"type": "bank", "draught_m": 20.8}),
     ),
     "actuators": (
         ("bluerov2", {"type": "channel", "low": -2.0, "high": 3.0, "time_constant_s": 0.4}),

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pelagos as pl
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -81,3 +83,14 @@ def test_flooding(tmp_path):
     assert dropped < 0.5
     assert vented < 0.5
     assert (tmp_path / "flooding.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow  # half a minute to compile two ships
+def test_quay_passing():
+    """In a minute the ship that feels the quay is drawn nearer and turns its bow away; the other goes straight."""
+    sim = pl.Simulation.load(EXAMPLES / "quay_passing.yaml")
+    sim.step(ticks=600)
+    drawn, straight = sim.state["drawn"], sim.state["straight"]
+    assert drawn.position[0, 1] > -58
+    assert drawn.attitude[0, 3] < -2e-3  # clockwise seen from above
+    assert straight.position[0, 1] == pytest.approx(59, abs=1e-6)

@@ -83,3 +83,49 @@ def test_wall_and_ground_are_told_apart(heading_deg):
     assert points[1, 1] == pytest.approx(-0.6, abs=1e-5)
     sim.step({"auv0": [0.0] * 8}, ticks=5)
     assert heading_deg or sim.state["auv0"].velocity[0, 1] > 1e-6  # to port
+
+
+def quay_scenario(*places, walls):
+    """Ships of few dipoles in a dock, which go north."""
+    terms = {
+        "float": {"type": "hydrostatic", "heave_n_m": 60000, "roll_n_m": 9000, "pitch_n_m": 120000},
+        "walls": {"type": "bank", "draught_m": 0.5},
+    }
+    vehicle = {
+        "type": "custom", "length_m": 6.0, "beam_m": 1.8, "height_m": 1.0, "density_kg_m3": 1025, "gravity_m_s2": 9.81,
+        "default_mode": "actuators", "terms": terms, "modes": {"actuators": {"type": "actuators"}},
+        "mass": {"type": "explicit", "mass_kg": 2800, "inertia_kg_m2": [500, 6000, 6100]},
+        "added_mass": {"type": "diagonal", "diagonal": [150, 2200, 5000, 100, 4000, 3000]},
+    }  # fmt: skip
+    return {
+        "world": {"type": "built", "depth_m": 1.0, "things": [
+            {"at_m": [0, y, 0], "size_m": [40, 2, 4], "name": f"quay{i}"} for i, y in enumerate(walls)
+        ]},
+        "tick_rate_hz": 50, "duration_s": 10,
+        "agents": {
+            f"ship{i}": {
+                "vehicle": vehicle, "control": "actuators",
+                "start": {"position_m": [x, y, 0], "heading_deg": heading, "speed_mps": 1.4},
+            } for i, (x, y, heading) in enumerate(places)
+        },
+    }  # fmt: skip
+
+
+def test_ships_are_drawn_to_quays_by_the_acceleration_of_the_vehicle():
+    """Of the first step: quay 1.8 m to port, another 3.4 m to starboard, ground at 1 m; another ship, turned."""
+    both = pl.Simulation.load(quay_scenario((0.0, 0.0, 0.0), (9.0, 0.3, 10.0), walls=(2.8, -4.4)))
+    alone = pl.Simulation.load(quay_scenario((0.0, 0.0, 0.0), walls=(2.8, -4.4)))
+    for sim in (both, alone):
+        sim.step(ticks=1)
+    assert (both.state["ship0"].velocity == alone.state["ship0"].velocity).all()
+    vehicle = next(iter(both.model.batches.values())).vehicle
+    walls = [[0, 0, -1.0, 1.0], [0, 1.0, 0, 1.8], [0, -1.0, 0, 3.4]]
+    found = vehicle.accelerations([[0] * 6], [[1.4, 0, 0, 0, 0, 0]], [[]], [[]], walls=walls)[0][0]
+    single = vehicle.accelerations([[0] * 6], [[1.4, 0, 0, 0, 0, 0]], [[]], [[]], walls=walls[:2])[0][0]
+    drawn = both.state["ship0"].velocity[0, 1] * 50
+    assert drawn == pytest.approx(-found[1], rel=1e-2)  # to port
+    assert found[1] < 0
+    assert abs(found[1] / single[1] - 1) > 0.05  # the other quay counts
+    turned = both.state["ship1"].velocity[0]
+    assert np.isfinite(turned).all()
+    assert turned[1] > 0

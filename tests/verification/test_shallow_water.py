@@ -97,7 +97,7 @@ def test_ground_is_what_lies_below():
     """Of two floors the nearer counts, and on a slope the water straight below; a quay wall is refused."""
     ship = {"type": "kvlcc2", "terms": {"squat": {"type": "squat"}}}
     quay, deep = [0, 1.0, 0, 40.0], [0, 0, -1.0, 60.0]
-    with pytest.raises(CommandError, match="row 1 is no ground below the ship: banks and quay walls are not modelled"):
+    with pytest.raises(CommandError, match="row 1 is no ground below the ship: banks and quay walls are for ships"):
         accelerations(ship, [0] * 6, NU, [deep, quay])
     both = force(ship, [0] * 6, NU, [deep, *GROUND])
     assert both == pytest.approx(force(ship, [0] * 6, NU, GROUND), rel=1e-12, abs=1e-6)
@@ -223,7 +223,7 @@ def test_what_cannot_sink_is_refused():
     ):
         with pytest.raises(ScenarioError, match=why):
             _ = pl.Vehicle.from_dict({"type": kind, "terms": {"s": {"type": "squat"}}}).model
-    with pytest.raises(ScenarioError, match="floats, for which there is the term squat"):
+    with pytest.raises(ScenarioError, match="floats, for which there are the terms bank and squat"):
         _ = pl.Vehicle.from_dict({"type": "kvlcc2", "terms": {"s": {"type": "boundary"}}}).model
     with pytest.raises(ScenarioError, match="a hull sinks once"):
         pl.Vehicle.from_dict({"type": "kvlcc2", "variant": "shallow", "terms": {"s": {"type": "squat"}}})

@@ -66,7 +66,7 @@ def approach(vehicle: Mapping[str, Any], orders: Orders) -> Approach:
     """
     ship = Vehicle.from_dict(vehicle)
     speed = first_speed(ship, orders)
-    depth = orders.depth_m if ship.model.feels_planes else None  # the run refuses one that counts for nothing
+    depth = orders.depth_m if ship.model.feels_depth else None  # the run refuses one that counts for nothing
     engines = {k: a.service for k, a in enumerate(ship.model.actuators.values()) if isinstance(a, ShipEngine)}
     if not any(isinstance(a, RUDDERS) for a in ship.model.actuators.values()):
         return Approach(vehicle, speed, engines)

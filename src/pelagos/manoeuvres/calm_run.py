@@ -88,7 +88,7 @@ class CalmRun:
         Raises:
             InputError: a vehicle that feels it is told none, or one that does not feel it is told one.
         """
-        feels = self.floats and self.vehicle.model.feels_planes
+        feels = self.floats and self.vehicle.model.feels_depth
         if feels and depth is None:
             raise InputError(f"{self.vehicle.name} feels the depth of its water here: give it (--depth)")
         if depth is not None and not self.floats:

@@ -22,6 +22,7 @@ from pelagos.sim.model import Model
 from pelagos.sim.set_points import vectors
 from pelagos.vehicles.flow import FAR_M, LEVEL
 from pelagos.vehicles.nearby import Walls
+from pelagos.vehicles.terms.bank import Bank
 from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -79,7 +80,8 @@ class Boundaries:
 
     def _build(self, batch: Batch) -> tuple[Callable[..., Walls], tuple[Any, ...]]:
         below, beside = (dr.opaque(jit.Float, reach(batch.vehicle)) for reach in (reach_below_m, reach_beside_m))
-        return self._model.scene.compile(_look(batch.rows)), (below, beside)
+        both_sides = any(isinstance(term, Bank) for term in batch.vehicle.model.terms.values())
+        return self._model.scene.compile(_look(batch.rows, opposite=both_sides)), (below, beside)
 
 
 def reach_beside_m(vehicle: Vehicle) -> float:
@@ -98,7 +100,9 @@ def _by_images(vehicle: Vehicle) -> bool:
     return any(isinstance(term, Boundary) for term in vehicle.model.terms.values())
 
 
-def _look(n: int) -> Callable[..., Walls]:
+def _look(n: int, *, opposite: bool) -> Callable[..., Walls]:
+    """Ground and the nearest wall of n vehicles, and `opposite` that on the other side of each."""
+
     def look(caster: Caster, position: Array, attitude: Array, below: Array, beside: Array) -> Walls:
         lane = dr.arange(jit.UInt32, n * _RAYS)
         vehicle, ray = lane % n, lane // n  # of one direction after another
@@ -123,18 +127,21 @@ def _look(n: int) -> Callable[..., Walls]:
         gap = dr.select(hits.valid & (wall == (ray > 0)), gap, FAR_M)  # level ground that slopes up to a side is ground
         normal = dr.select(gap < FAR_M, normal, -direction)
         dr.eval(gap, normal)
-        points, normals = [], []
-        for first, *others in ([0], [*range(1, _RAYS)]):
-            nearest, toward = _of(gap, normal, n, first)
-            for k in others:
-                d, m = _of(gap, normal, n, k)
-                toward = dr.select(d < nearest, m, toward)
-                nearest = dr.minimum(d, nearest)
-            points.append(flip_yz(position - nearest * toward))
-            normals.append(flip_yz(toward))
-        return Walls(points, normals)
+        ground, *sides = (_of(gap, normal, n, k) for k in range(_RAYS))
+        nearest, across = sides[0], sides[2]
+        for k, side in enumerate(sides[1:], start=1):
+            nearer = side[0] < nearest[0]
+            across = _either(nearer, sides[k - 2], across)
+            nearest = _either(nearer, side, nearest)
+        found = [ground, nearest, across] if opposite else [ground, nearest]
+        return Walls([flip_yz(position - d * m) for d, m in found], [flip_yz(m) for _, m in found])
 
     return look
+
+
+def _either(first: Array, a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Of two distances with normals, the first where `first` is true."""
+    return dr.select(first, a[0], b[0]), dr.select(first, a[1], b[1])
 
 
 def _of(gap: Array, normal: Array, n: int, ray: int) -> tuple[Array, Array]:

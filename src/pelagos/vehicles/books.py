@@ -15,6 +15,7 @@ from pelagos.hydro.algebra import matvec, transpose
 from pelagos.hydro.images import Plane
 from pelagos.jit import Array
 from pelagos.vehicles.flow import LEVEL, CurrentRotation, make_flow, rotation_from_euler
+from pelagos.vehicles.terms.bank import WALLS, Bank
 from pelagos.vehicles.terms.boundary import Boundary
 
 if TYPE_CHECKING:
@@ -74,14 +75,21 @@ class Accelerations:
         rows = np.empty((0, 4)) if given.size == 0 else _rows(given, 4, "walls")
         if len(rows) and not self._model.feels_planes:
             raise CommandError(
-                "this vehicle has no `boundary` term, by which it would feel walls, nor any of shallow water (`squat`)"
+                "this vehicle has no `boundary` or `bank` term, by which it would feel walls, nor any of shallow water "
+                "(`squat`)"
             )
         beside = -rows[:, 2] <= LEVEL
-        if beside.any() and not any(isinstance(term, Boundary) for term in self._model.terms.values()):
+        terms = self._model.terms.values()
+        if beside.any() and not any(isinstance(term, (Boundary, Bank)) for term in terms):
             raise CommandError(
                 f"walls: the plane in row {int(np.argmax(beside))} is no ground below the ship: "
-                "banks and quay walls are not modelled for what floats"
+                "banks and quay walls are for ships with a `bank` term"
             )
+        if any(isinstance(term, Bank) for term in terms):
+            if (leans := beside & (rows[:, 2] > LEVEL)).any():
+                raise CommandError(f"walls: the plane in row {int(np.argmax(leans))} lies above the ship")
+            if beside.sum() > WALLS:
+                raise CommandError(f"walls: a ship feels {WALLS} at once; {beside.sum()} are given")
         lengths = np.linalg.norm(rows[:, :3], axis=1)
         if (np.abs(lengths - 1) > _UNIT).any():
             raise CommandError(f"walls: a normal has the length {lengths[np.argmax(np.abs(lengths - 1))]:g}, not 1")

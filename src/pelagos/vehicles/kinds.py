@@ -39,6 +39,7 @@ from pelagos.vehicles.control.sawtooth import SawtoothConfig
 from pelagos.vehicles.control.velocity import VelocityConfig
 from pelagos.vehicles.control.world_acceleration import WorldAccelerationConfig
 from pelagos.vehicles.terms.air import WingConfig
+from pelagos.vehicles.terms.bank import BankConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
 from pelagos.vehicles.terms.boundary import BoundaryConfig
 from pelagos.vehicles.terms.clarke import ClarkeConfig
@@ -62,7 +63,8 @@ from pelagos.vehicles.terms.squat import SquatConfig
 from pelagos.vehicles.terms.windage import WindageConfig
 
 TermConfig: TypeAlias = Annotated[
-    BluntLiftConfig
+    BankConfig
+    | BluntLiftConfig
     | BoundaryConfig
     | ClarkeConfig
     | CrossFlowConfig

@@ -27,7 +27,7 @@ from pelagos.vehicles.cargo import Carrier, carriers_of, carrying, growing, grow
 from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.interaction import Interaction
-from pelagos.vehicles.nearby import GroundMass, Image, feels_planes, has_image
+from pelagos.vehicles.nearby import GroundMass, Image, feels_depth, feels_planes, has_image
 from pelagos.vehicles.part import Body, numbers
 from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.tables import Tables
@@ -202,6 +202,8 @@ class Model:
         flow = self.acted(self.fed(flow, actuators, tables), actuators)
         inertia = self.inertia_in(flow)
         found: dict[str, Vector] = {"coriolis": inertia.coriolis(flow)}
+        if inertia.without or inertia.none:
+            found.update(self._coriolis_of_walls(inertia, flow))
         if flow.seaway is not None:
             found["sea"] = flow.seaway.load
             if self.trim is not None:
@@ -223,6 +225,16 @@ class Model:
         for (name, actuator), state, share in zip(self.actuators.items(), actuators, shares, strict=True):
             here = replace(flow, wash=washes[name]) if name in washes else flow
             found[name] = _left(actuator.wrench(state, here), share)
+        return found
+
+    def _coriolis_of_walls(self, inertia: Inertia, flow: Flow) -> dict[str, Vector]:
+        """Coriolis forces by walls that a published model of the hull alone leaves out (6), by name."""
+        found: dict[str, Vector] = {}
+        for name, term in self.terms.items():
+            if has_image(term) and getattr(term, "whole_coriolis", False):
+                mass = term.image_mass(flow)
+                there = [0.0] * 6 if inertia.none else coriolis_force(mass, flow.nu_c, inertia.without)
+                found[f"{name} coriolis"] = add(there, minus(coriolis_force(mass, flow.nu_c)))
         return found
 
     def left(self, term: Term, load: Vector, flow: Flow) -> Vector:
@@ -294,6 +306,11 @@ class Model:
     def feels_planes(self) -> bool:
         """True if anything depends on ground or walls that are near."""
         return self.ground is not None or any(map(feels_planes, [*self.terms.values(), *self.actuators.values()]))
+
+    @property
+    def feels_depth(self) -> bool:
+        """True if anything depends on the ground, be walls near or not."""
+        return self.ground is not None or any(map(feels_depth, [*self.terms.values(), *self.actuators.values()]))
 
     @property
     def carriers(self) -> dict[str, Carrier]:

@@ -35,6 +35,11 @@ def feels_planes(part: Any) -> bool:
     return bool(getattr(part, "feels_planes", False))
 
 
+def feels_depth(part: Any) -> bool:
+    """True for a term or an actuator that depends on the ground even where no wall is near."""
+    return feels_planes(part) and bool(getattr(part, "feels_depth", True))
+
+
 @dataclass(frozen=True)
 class GroundMass:
     """Added mass that grows as the water under the keel gets less, by draught over its depth.

@@ -37,7 +37,7 @@ class BoundaryConfig(PartConfig):
             ScenarioError: the vehicle is in the air, or floats.
         """
         if body.in_air or body.stiffness.any():
-            where = "moves in the air" if body.in_air else "floats, for which there is the term squat"
+            where = "moves in the air" if body.in_air else "floats, for which there are the terms bank and squat"
             raise ScenarioError(f"a boundary term is for hulls under water; this vehicle {where}")
         half = [body.length / 2, body.beam / 2, body.height / 2]
         center = [float(x) for x in body.center_of_buoyancy]
