@@ -1,5 +1,4 @@
-"""No test drops out unseen: a skip that nobody expected fails the run. Kernels are compiled for eight lanes and run
-in one thread."""
+"""No test drops out unseen: a skip that nobody expected fails the run."""
 
 from __future__ import annotations
 
@@ -8,8 +7,6 @@ import os
 import re
 
 import pytest
-
-from pelagos import jit
 
 gc.set_threshold(50_000, 20, 50)  # thousands of collected tests are looked through again and again otherwise
 
@@ -28,26 +25,6 @@ EXPECTED_SKIPS = (
     "zenoh-ros2-sdk 0.1.8 takes a fixed array of messages for something else",
 )
 """Parts of the reasons that a complete installation may give. PELAGOS_ALLOW_SKIPS=1 allows every other reason too."""
-
-
-THREADS = 1
-"""Of a test's own kernels where PELAGOS_THREADS says nothing: most are small, and several threads only wait for one
-another. Other processes that a test starts have as many as a user's."""
-if os.name == "posix":  # much of the tests' time is to compile, which for AVX-512's 16 takes up to three times as long
-    os.environ.setdefault("PELAGOS_LANES", "8")
-_start = jit._start
-
-
-def start_in_one_thread() -> None:
-    """Start the device as ever, with `THREADS`."""
-    _start()
-    import drjit as dr
-
-    if "PELAGOS_THREADS" not in os.environ:
-        dr.set_thread_count(THREADS)
-
-
-jit._start = start_in_one_thread
 
 
 def unexpected_skips(config: pytest.Config) -> list[str]:

@@ -426,3 +426,31 @@ def test_a_level_is_reached_from_either_side() -> None:
     there = SimpleNamespace(altitude=np.array([2.0, 4.5, 5.9, 9.0]), depth=np.array([-3.0, 6.5, 7.9, 12.0]))
     assert Level(altitude_m=5.0).reached(there, 1.0).tolist() == [False, True, True, False]
     assert Level(depth_m=7.0).reached(there, 1.0).tolist() == [False, True, True, False]
+
+
+def test_a_line_ends_lane_by_lane_by_its_distance_its_depth_and_its_way():
+    """From (2, -1) to (14, 8): 15 m along (0.8, 0.6). Lanes: near before the end, far before it, far past it, near it
+    but deeper by 4 m than asked, near it but shallower, and far aside."""
+    x, y = np.array([13.0, 10.0, 18.0, 14.5, 13.5, 12.0]), np.array([7.0, 5.0, 11.0, 8.5, 8.5, -4.0])
+    lanes = aboard(x, y, [6.2, 5.9, 6.1, 10.0, 2.0, 6.0])
+    progress = Progress.begin(lanes)
+    way = {"end": (14.0, 8.0), "start": (2.0, -1.0), "acceptance_m": 3.0, "common": Common(level=Level(depth_m=6.0))}
+    assert Line(**way).moves(lanes, progress).tolist() == [1, 0, 1, 1, 1, 0]
+    assert Line(**way, exact=True).moves(lanes, progress).tolist() == [1, 0, 0, 0, 0, 0]
+    assert Line(**way, again=2).moves(lanes, progress).tolist() == [1, 0, -2, -2, 0, 0]
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_turns_on_a_circle_count_only_what_was_swept_on_it(turn):
+    """Lanes about (3, -2): on the circle, too far out, on it the other way round, too far in; bearings across pi."""
+    task = Orbit((3.0, -2.0), 8.0, 0.25, turn)
+    radius, sense = np.array([8.5, 12.0, 6.0, 2.0]), np.array([1, 1, -1, 1])
+    progress, done = None, []
+    for swept in (0.0, 0.7, 1.5, 1.6):
+        bearing = 2.9 + turn * sense * swept
+        now = aboard(3.0 + radius * np.cos(bearing), -2.0 - radius * np.sin(bearing))
+        progress = progress or Progress.begin(now)
+        done.append(task.moves(now, progress).tolist())
+        np.testing.assert_allclose(progress.memory[:, 2], [swept, 0.0, -swept, 0.0], atol=1e-12)
+        assert progress.memory[:, 0].tolist() == [1.0, 0.0, 1.0, 0.0]  # within a quarter of the radius and a metre
+    assert done == [[0, 0, 0, 0]] * 3 + [[1, 0, 0, 0]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import pelagos as pl
 
@@ -227,3 +228,21 @@ def test_a_run_ends_a_second_after_its_missions_or_with_its_duration(duration, e
     sim = pl.Simulation.load({"tick_rate_hz": 50, "duration_s": duration, "world": world, "agents": {"a": agent}})
     assert sim.run().ended == "missions"
     assert sim.time_ns == pytest.approx(ends * 1e9, abs=1)
+
+
+@pytest.mark.parametrize("angles", [(20.0, -60.0, 130.0), (-35.0, 50.0, 250.0), (75.0, 10.0, -40.0)])
+def test_a_start_is_refused_where_the_turned_hull_reaches_the_ground(angles):
+    """Over flat ground: by the lowest of its probes' tips, turned as a whole; a centimetre above, it starts."""
+    starts, vectors = pl.Vehicle.from_catalogue("remus100").probes
+    roll, pitch, heading = angles
+    body = (starts + vectors) * (1, -1, -1)  # FRD
+    reach = Rotation.from_euler("ZYX", [heading, pitch, roll], degrees=True).apply(body)[:, 2].max()
+    start = {"position_m": [3.0, -2.0], "roll_deg": roll, "pitch_deg": pitch, "heading_deg": heading}
+
+    def load(clear_m: float) -> None:
+        agent = {"vehicle": "remus100", "start": {**start, "depth_m": 20.0 - reach - clear_m}}
+        pl.Simulation.load({"world": {"type": "flat", "depth_m": 20.0}, "agents": {"a": agent}})
+
+    load(0.01)
+    with pytest.raises(pl.InputError, match=r"a cannot start here: .* its hull would touch seabed"):
+        load(-0.01)

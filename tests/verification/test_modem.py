@@ -378,6 +378,14 @@ def test_keys_that_change_nothing_are_told(keys: dict[str, Any], message: str) -
         pl.Simulation.load(scenario(TWO, **keys))
 
 
+def test_a_copy_above_the_water_leaves_the_others_sending() -> None:
+    sim = pl.Simulation.load(scenario(TWO), n=2)
+    sim.set_state("b", position=[[300.0, 0.0, -21.0], [300.0, 0.0, 4.0]])
+    assert sim.send("b", "modem", "x", to="a", where=[1, 0]) >= 0
+    with pytest.raises(pl.CommandError, match=r"4(\.\d)? m above the water"):
+        sim.send("b", "modem", "x", to="a", where=[1])
+
+
 def test_what_no_water_carries_is_refused() -> None:
     """Names that nobody has, slots that hold no packet, housings that do not stand the depth, parts of protocols."""
     with pytest.raises(pl.LookupFailed, match=r"agents\.a\.sensors\.modem\.beacon_to: unknown modem 'zz'"):
