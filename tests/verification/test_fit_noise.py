@@ -193,6 +193,22 @@ def test_terms_that_are_there_are_seen_and_no_others(white, bias, walk):
             assert true == 0 or term.value == pytest.approx(true, rel=part)
 
 
+@pytest.mark.parametrize(("bias", "walk", "part"), [(5e-4, 0.0, 0.03), (0.0, 3e-4, 0.04)])
+def test_slow_terms_are_right_in_the_mean(bias, walk, part):
+    """40 records of 1 000 s at 25 Hz, in which B and K scatter by 6.5 and 8.5 %: three standard deviations of their
+    means are 3 and 4 %."""
+    n, rate, sizes = 25_000, 25.0, []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        values = 1e-3 * np.sqrt(rate) * random.normal(size=n) + walk / np.sqrt(rate) * np.cumsum(random.normal(size=n))
+        values += flicker(2 * n, rate, bias, random)[:n] if bias else 0.0
+        found = fit_noise(values, rate)
+        shown, other = (found.bias_instability, found.random_walk)[:: 1 if bias else -1]
+        assert (shown.visible, other.value) == (True, 0.0)
+        sizes.append(shown.value / (bias + walk))
+    assert np.mean(sizes) == pytest.approx(1.0, abs=part)
+
+
 def test_white_noise_alone_shows_nothing_else():
     """60 records of 20 000 samples, in 11 of which another term makes a quarter of the variance somewhere."""
     for seed in range(60):
