@@ -312,9 +312,11 @@ def test_ten_rows_outside_of_drop_outs_are_enough():
     assert read(9) == ((0, 12),)
 
 
-def test_a_motion_without_commands_must_resemble_itself():
-    """A free decay says something of parameters, noise does not; nor does anything that stands still."""
-    plan, t = load_plan({"columns": {"heading": "x"}, "commands": {"port": "n"}}), 0.05 * np.arange(600)
+@pytest.mark.parametrize("pose", ["heading", "depth", "north"])
+def test_a_motion_without_commands_must_resemble_itself(pose):
+    """A free decay says something of parameters, noise does not; nor does anything that stands still. A coordinate of a
+    pose says it alone too, such as the way in a towing tank."""
+    plan, t = load_plan({"columns": {pose: "x"}, "commands": {"port": "n"}}), 0.05 * np.arange(600)
     shots = Shots(np.array([0]), 599, np.array([0]), np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 6)),
                   np.array([False]))  # fmt: skip
     random = np.random.default_rng(4).normal(size=600)

@@ -315,18 +315,22 @@ def _window(smooth_s: float, h: float) -> int:
     return max(5, 2 * int(smooth_s / h / 2 + _NEAR) + 1)
 
 
+def rate_of(
+    values: NDArray[np.float64], runs: tuple[tuple[int, int], ...], h: float, smooth_s: float
+) -> NDArray[np.float64]:
+    """Slopes of parabolas through `smooth_s` of a coordinate `(n,)`, with steps of h; NaN between stretches."""
+    found = np.full(len(values), np.nan)
+    for a, b in runs:
+        found[a:b] = savgol_filter(values[a:b], _window(smooth_s, h), 2, deriv=1, delta=h)
+    return found
+
+
 def _slopes(
     measured: Mapping[str, NDArray[np.float64]], runs: tuple[tuple[int, int], ...], h: float, smooth_s: float
 ) -> dict[str, NDArray[np.float64]]:
     """Velocities in body axes from slopes of the pose: parabolas through `smooth_s` of it (Savitzky and Golay 1964)."""
-    window = _window(smooth_s, h)
     size = len(next(iter(measured.values())))
-    rate: dict[str, NDArray[np.float64]] = {}
-    for name in COORDINATES[:6]:
-        if name in measured:
-            rate[name] = np.full(size, np.nan)
-            for a, b in runs:
-                rate[name][a:b] = savgol_filter(measured[name][a:b], window, 2, deriv=1, delta=h)
+    rate = {name: rate_of(measured[name], runs, h, smooth_s) for name in COORDINATES[:6] if name in measured}
     found: dict[str, NDArray[np.float64]] = {}
     zero = np.zeros(size)
     roll, pitch = measured.get("roll", zero), measured.get("pitch", zero)
