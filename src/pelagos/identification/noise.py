@@ -20,6 +20,7 @@ from scipy.optimize import nnls
 from scipy.special import chdtri
 
 from pelagos.errors import InputError, PelagosWarning
+from pelagos.identification.allan_terms import LEAST, REWEIGHTED, terms_of
 from pelagos.identification.beam_faults import (
     AROUND,
     OTHERS,
@@ -38,9 +39,6 @@ Floats = NDArray[np.float64]
 _FEWEST: Final = 200  # samples
 _LONGEST: Final = 9  # clusters that the longest averaging time must leave
 _PER_DECADE: Final = 6
-_VISIBLE: Final = 0.25
-"""Share of the variance that a term must have at some averaging time to be seen by eye in the curve."""
-_SURE: Final = 2.0  # standard deviations of the curve, which a term must exceed besides
 _UNLIKE: Final = 0.5
 """Logarithm of measured over modelled deviation from which the three terms are not what the record shows, where the
 curve is known to a tenth."""
@@ -54,8 +52,6 @@ _ALONE: Final = 0.5  # of the range of all other readings
 _FLAGS: Final = re.compile(r"0*(3276[78]|9{3,})0*")
 """Digits of the ends of 16 bits, and of nines."""
 _UNEVEN: Final = 0.02
-_REWEIGHTED: Final = 6
-_LEAST: Final = 1e-3  # of what was measured, so that no weight is infinite
 _BOUNDED: Final = 0.99  # probability
 _CERTAIN: Final = 3.0  # standard deviations
 _MOVING: Final = 2.0  # times the squares of a log at rest, which are noise
@@ -175,7 +171,7 @@ def fit_noise(values: Floats, rate_hz: float, *, label: str = "") -> SensorNoise
     tau = counts / rate_hz
     # samples of a walk (not its means): the second difference of means of m has the variance K^2 (2 m^2 + 1)/(3 m) step
     terms = np.stack([1 / tau, np.full(len(tau), FLOOR**2), tau / 3 * (1 + 0.5 / counts**2)], axis=-1)
-    squares, seen = _terms_of(terms, deviation, len(values) / counts)
+    squares, seen = terms_of(terms, deviation, len(values) / counts)
     step = _step_of(values)
     rounding = step**2 / 12 / rate_hz  # white as well, and the sensor adds it by itself where it has this resolution
     own = np.maximum(squares - [rounding, 0.0, 0.0], 0.0)
@@ -204,33 +200,6 @@ def fit_noise(values: Floats, rate_hz: float, *, label: str = "") -> SensorNoise
         rate_hz,
         len(values),
     )
-
-
-def _terms_of(terms: Floats, deviation: Floats, clusters: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Squares of the sizes of `terms` `(n, 3)` in a curve `(n,)` of so many clusters, and which of them it shows.
-
-    A variance that is known to sqrt(1/clusters) of itself weighs by what it should be: by what was measured, the low
-    ones would count more than the high ones, and the slow terms come out low. A slow term that is not shown is 0, since
-    it takes its part from the one that is; white noise takes none.
-    """
-    unsure = np.sqrt(2 / (clusters - 1))  # of an Allan variance, relative: IEEE Std 952-1997, equation C.20
-    squares = _weighed(terms, deviation, clusters)
-    part = terms * squares / np.maximum(terms @ squares, 1e-300)[:, None]
-    seen = (part > np.maximum(_VISIBLE, _SURE * unsure)[:, None]).any(axis=0)
-    kept = seen | [True, False, False]
-    squares[~kept], squares[kept] = 0.0, _weighed(terms[:, kept], deviation, clusters)
-    return squares, seen
-
-
-def _weighed(terms: Floats, deviation: Floats, clusters: Floats) -> Floats:
-    """Squares `(c,)`, not negative, of the sizes of `terms` `(n, c)`."""
-    variance = deviation**2
-    model = variance
-    for _ in range(_REWEIGHTED):
-        weight = np.sqrt(clusters) / model
-        squares = nnls(terms * weight[:, None], variance * weight)[0]
-        model = np.maximum(terms @ squares, _LEAST * variance)
-    return squares
 
 
 def _most(terms: Floats, deviation: Floats, freedoms: Floats) -> Floats:
@@ -351,9 +320,9 @@ def _reweighted(basis: Floats, off: Floats) -> tuple[Floats, Floats]:
     mean, size = float(off.mean()), basis.mean(axis=0)
     basis = basis / size
     model = np.full(len(off), mean)
-    for _ in range(_REWEIGHTED):
+    for _ in range(REWEIGHTED):
         squares = nnls(basis / model[:, None], off / model)[0]
-        model = np.maximum(basis @ squares, _LEAST * mean)
+        model = np.maximum(basis @ squares, LEAST * mean)
     weighted = basis / model[:, None]
     return squares / size, np.sqrt(2 * np.diag(np.linalg.pinv(weighted.T @ weighted))) / size
 
