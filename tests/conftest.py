@@ -8,6 +8,9 @@ import re
 
 import pytest
 
+from quick_kernels import quicken
+
+quicken()
 gc.set_threshold(50_000, 20, 50)  # thousands of collected tests are looked through again and again otherwise
 
 EXPECTED_SKIPS = (

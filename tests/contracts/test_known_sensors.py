@@ -10,7 +10,7 @@ from test_every_sensor import NAMES
 from test_every_sensor_key import LINKED, said, sea, ticks_of
 
 import pelagos as pl
-from known import check
+from known import SINGLE, check
 
 SIZES: dict[str, dict[str, Any]] = {
     "multibeam": {"beams": 48, "range_max_m": 40.0},
@@ -153,4 +153,5 @@ def test_readings(name: str, setting: int) -> None:
             said(sim, tick)
         obs = sim.step()
     assert found, name
-    check("sensors", f"{name} {setting}" if setting else name, parts_of(found))
+    share = 1e-2 if name == "collision" else SINGLE  # stiff: forces follow what little single precision finds otherwise
+    check("sensors", f"{name} {setting}" if setting else name, parts_of(found), share)

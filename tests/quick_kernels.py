@@ -1,0 +1,81 @@
+"""Kernels that compile in half the time: most of what the tests take on an empty cache is to compile.
+
+Nothing of it changes what is computed, but for sums over lanes, which eight take in another order than sixteen.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from typing import Final
+
+import numpy as np
+
+from pelagos import jit
+from pelagos.errors import DeviceError
+from pelagos.llvm import find_llvm
+
+LANES: Final = "8"  # those of AVX2, as most laptops have it
+THREADS: Final = 1  # most kernels of tests are small: several threads would only wait for one another
+OPTIONS: Final = (b"tests", b"-regalloc=fast", b"-enable-misched=false")
+"""Registers are given without looking far ahead, and instructions left in the order of the program."""
+ALIGNED: Final = 128  # bytes, those of sixteen doubles
+_GET_HANDLER, _SET_HANDLER = 305, 304  # in the table of NumPy's C API
+_NAME: Final = ctypes.create_string_buffer(b"mem_handler")  # a capsule keeps only where it lies
+
+
+class _Handler(ctypes.Structure):
+    """NumPy's `PyDataMem_Handler`."""
+
+    _fields_ = (
+        ("name", ctypes.c_char * 127),
+        ("version", ctypes.c_uint8),
+        *((name, ctypes.c_void_p) for name in ("context", "malloc", "calloc", "realloc", "free")),
+    )
+
+
+_HANDLER: Final = _Handler(b"aligned", 1)
+
+
+def quicken() -> None:
+    """Have kernels of this process, and lanes of those that it starts, compile as said above."""
+    if os.name == "posix":
+        os.environ.setdefault("PELAGOS_LANES", LANES)
+    if sys.platform == "linux":
+        align_numpy()
+        try:
+            library = ctypes.CDLL(str(find_llvm()))
+        except DeviceError:  # a test says so, with what to install
+            return
+        library.LLVMParseCommandLineOptions(len(OPTIONS), (ctypes.c_char_p * len(OPTIONS))(*OPTIONS), None)
+    start = jit._start
+
+    def start_in_one_thread() -> None:
+        start()
+        import drjit as dr
+
+        if "PELAGOS_THREADS" not in os.environ:
+            dr.set_thread_count(THREADS)
+
+    jit._start = start_in_one_thread
+
+
+def align_numpy() -> None:
+    """Have NumPy's arrays begin at multiples of `ALIGNED`.
+
+    Kernels read memory that is not aligned by other instructions: with NumPy's sixteen bytes, one of n arrays is
+    compiled for up to 2^n cases, by chance.
+    """
+    core = sys.modules.get("numpy._core._multiarray_umath") or sys.modules["numpy.core._multiarray_umath"]  # 2, 1.26
+    pointer, capsule = ctypes.pythonapi.PyCapsule_GetPointer, ctypes.pythonapi.PyCapsule_New
+    pointer.restype, pointer.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
+    capsule.restype, capsule.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+    table = ctypes.cast(pointer(core._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
+    usual = _Handler.from_address(pointer(ctypes.PYFUNCTYPE(ctypes.py_object)(table[_GET_HANDLER])(), _NAME.value))
+    _HANDLER.context = ALIGNED  # which C's aligned_alloc takes first, as malloc(context, size)
+    _HANDLER.malloc = ctypes.cast(ctypes.CDLL(None).aligned_alloc, ctypes.c_void_p).value
+    _HANDLER.calloc, _HANDLER.realloc, _HANDLER.free = usual.calloc, usual.realloc, usual.free
+    made = capsule(ctypes.addressof(_HANDLER), ctypes.addressof(_NAME), None)
+    ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.py_object)(table[_SET_HANDLER])(made)
+    assert np.ones(3).ctypes.data % ALIGNED == 0
