@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
 from pelagos.config.described import Described
+from pelagos.errors import ScenarioError
 from pelagos.vehicles.nearby import GroundMass
 
 if TYPE_CHECKING:
@@ -89,6 +90,17 @@ class Body:
     def metacentric_height(self) -> float:
         """Height of the centre of buoyancy above the centre of gravity [m]."""
         return float(self.center_of_gravity[2] - self.center_of_buoyancy[2])
+
+
+def check_floats(body: Body, term: str) -> None:
+    """Refuse what does not float, for a term that is of ships.
+
+    Raises:
+        ScenarioError: names the term, and the one for vehicles under water.
+    """
+    if not body.stiffness.any():
+        where = "moves in the air" if body.in_air else "is under water, for which there is the term boundary"
+        raise ScenarioError(f"a {term} term is for ships, with a hydrostatic term; this vehicle {where}")
 
 
 def numbers(matrix: NDArray[np.floating[Any]]) -> list[list[float]]:

@@ -8,14 +8,13 @@ from typing import ClassVar, Final, Literal
 
 import drjit as dr
 
-from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Vector, add, dot
 from pelagos.hydro.bank import Wall, bank_added_mass, bank_wrench, floating_dipoles
 from pelagos.hydro.images import Dipoles
 from pelagos.hydro.shallow_water import SHALLOWEST
 from pelagos.jit import Array
 from pelagos.vehicles.flow import FAR_M, LEVEL, Flow
-from pelagos.vehicles.part import Body, PartConfig, Positive
+from pelagos.vehicles.part import Body, PartConfig, Positive, check_floats
 from pelagos.vehicles.wetness import Keeps
 
 WALLS: Final = 2
@@ -44,9 +43,7 @@ class BankConfig(PartConfig):
         Raises:
             ScenarioError: the vehicle does not float.
         """
-        if not body.stiffness.any():
-            where = "moves in the air" if body.in_air else "is under water, for which there is the term boundary"
-            raise ScenarioError(f"a bank term is for ships, with a hydrostatic term; this vehicle {where}")
+        check_floats(body, "bank")
         added, displaced = body.added.diagonal()[:2].tolist(), float(body.displaced[0, 0])
         ahead = float(body.center_of_buoyancy[0])
         hull = floating_dipoles(body.length, body.beam, self.draught_m, ahead, added, displaced, body.density)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Vector, scaled
 from pelagos.hydro.squat import squat
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig
+from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, check_floats
 from pelagos.vehicles.wetness import Keeps
 
 
@@ -35,9 +34,7 @@ class SquatConfig(PartConfig):
         Raises:
             ScenarioError: the vehicle does not float.
         """
-        if not body.stiffness.any():
-            where = "moves in the air" if body.in_air else "is under water, for which there is the term boundary"
-            raise ScenarioError(f"a squat term is for ships, with a hydrostatic term; this vehicle {where}")
+        check_floats(body, "squat")
         return Squat(
             coefficients=(self.sinkage, self.trim),
             volume=float(body.displaced[0, 0]) / body.density,
