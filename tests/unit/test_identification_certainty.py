@@ -138,7 +138,7 @@ def test_steps_that_shift_a_parameter_either_way_are_told():
         estimates=estimates,
         found=SimpleNamespace(settled=True),
         record=SimpleNamespace(step_s=0.1),
-        plan=SimpleNamespace(sigma={}, fit_to=("u",)),
+        plan=SimpleNamespace(sigma={}, fit_to=("u",), actuators_from="unknown"),
         substeps=4,
         test=None,
     )
@@ -155,7 +155,7 @@ def test_a_sigma_that_the_residuals_contradict_is_told(times: float, said: str):
     off[20, 1] = 60.0  # faults are none of it
     made = SimpleNamespace(
         estimates=(), found=SimpleNamespace(settled=True, differences=off), test=None,
-        plan=SimpleNamespace(sigma={"heading": 0.02}, fitted=("north", "heading")),
+        plan=SimpleNamespace(sigma={"heading": 0.02}, fitted=("north", "heading"), actuators_from="unknown"),
     )  # fmt: skip
     found = doubts_of_fit(made)
     assert len(found) == bool(said)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _DIGITS = 3  # of R2, as printed
 _LEVEL = ("depth", "roll", "pitch", "w", "p", "q")  # 0 of a vehicle of three degrees of freedom
 _FAR = 3.0  # of the sizes of residuals, as `sigma` says and as they are
+_MISSED = 3.0  # times what other shots are off, as models that are not perfect seldom do
 
 
 def doubts_of_record(record: Record) -> tuple[str, ...]:
@@ -95,6 +96,7 @@ def doubts_of_fit(made: Fit) -> tuple[str, ...]:
             "give more substeps, or a shorter step_s"
         )
     found += _contradicted(made)
+    found += _begun_otherwise(made)
     if made.test is not None:
         found += _unseen(made.test, made.before)
     return tuple(found)
@@ -113,6 +115,26 @@ def _contradicted(made: Fit) -> Iterator[str]:
                 f"sigma of {name} is {given[name]:.3g} {unit}, but what the fit leaves has {size:.3g} {unit}: {what}; "
                 "leave sigma out, or mend it"
             )
+
+
+def _begun_otherwise(made: Fit) -> Iterator[str]:
+    """First shots that are missed, whose actuators are only known by `actuators_from`."""
+    if made.plan.actuators_from == "unknown" or not made.found.settled:
+        return
+    shots, off = made.found.shots, made.found.differences  # (steps + 1, c, s)
+    told = shots.starts < shots.preroll.max()
+    if not told.any() or told.all():
+        return
+    size = np.array([max(normal_size(x[np.isfinite(x)]), STILL) for x in off.swapaxes(0, 1)])
+    missed = np.sqrt(np.nanmean((off / size[:, None]) ** 2, axis=(0, 1)))  # (s,)
+    usual, most = float(np.median(missed[~told])), float(missed[told].max())
+    if most > _MISSED * usual and most > missed[~told].max():
+        stood = "0 (rest)" if made.plan.actuators_from == "rest" else "their commands (commands)"
+        cure = "commands, or unknown" if made.plan.actuators_from == "rest" else "rest, or unknown"
+        yield (
+            f"the shot at the beginning of the record is missed by {most / usual:.2g} times the others: actuators are "
+            f"taken to be at {stood} there; if they were not, give actuators_from: {cure}"
+        )
 
 
 def _unseen(test: Score, before: Score) -> Iterator[str]:

@@ -18,6 +18,7 @@ from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certaint
 from pelagos.identification.command_units import in_own_units
 from pelagos.identification.coordinates import COORDINATES, STILL
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_record, doubts_of_water
+from pelagos.identification.exchange import exchanged
 from pelagos.identification.excitation import refuse_unexcited
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
@@ -193,13 +194,14 @@ def fit(
         estimates, end.sure, found, changed(data, parameters, family.values(found.at)), train, test, before, given,
         plan, (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
     )  # fmt: skip
-    return _doubted(made, doubtful, doubts_of_preroll(plan, end.preroll_s, family.model_at(found.at)))
+    slow = doubts_of_preroll(plan, end.preroll_s, family.model_at(found.at))
+    return _doubted(made, doubtful, (*slow, *end.doubts))
 
 
 @dataclass(frozen=True)
 class _Solved:
     """End of a search, its certainty and shift by the steps `(p,)`, and the problem: its shots, and those for the test,
-    which begin after so long a preroll.
+    which begin after so long a preroll; doubts of it, in words.
     """
 
     found: Found
@@ -209,6 +211,7 @@ class _Solved:
     shots: Shots
     rest: Shots
     preroll_s: float
+    doubts: tuple[str, ...]
 
 
 def _solved(family: Family, shooter: Shooter, record: Record, plan: Plan, tell: Callable[[str], None]) -> _Solved:
@@ -226,7 +229,7 @@ def _solved(family: Family, shooter: Shooter, record: Record, plan: Plan, tell: 
             break
         preroll_s, at = longer, found.at
         tell(f"again, with {preroll_s:.3g} s before each shot")
-    return _Solved(found, sure, shift, problem, shots, rest, preroll_s)
+    return _Solved(found, sure, shift, problem, shots, rest, preroll_s, exchanged(problem, found, tell))
 
 
 def _posed(
@@ -290,8 +293,8 @@ def _doubted_before(record: Record, model: Model, water: Water) -> tuple[str, ..
     return found
 
 
-def _doubted(made: Fit, doubtful: tuple[str, ...], slow: tuple[str, ...]) -> Fit:
-    ends = (*slow, *doubts_of_fit(made), *_nothing_unseen(made))
+def _doubted(made: Fit, doubtful: tuple[str, ...], solved: tuple[str, ...]) -> Fit:
+    ends = (*solved, *doubts_of_fit(made), *_nothing_unseen(made))
     for text in ends:
         warnings.warn(text, PelagosWarning, stacklevel=3)
     return replace(made, doubts=doubtful + ends)

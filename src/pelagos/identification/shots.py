@@ -91,9 +91,9 @@ class Shooter:
     ) -> None:
         size = max((len(c) for c in commands.values()), default=1)
         self._tables = [jit.Float64(commands.get(name, np.zeros(size))) for name in vehicle.actuator_names]
+        jit.align(self._tables)
         self.grid_s, self._size = h, size
         self.divide(substeps)
-        dr.make_opaque(self._tables)
         self._kept = vehicle.sizes.kept
         self._actuators = len(vehicle.actuator_names)
         self._around = (water_of(None) if water is None else water).around(vehicle)
@@ -167,7 +167,8 @@ class Shooter:
             padded = np.zeros((len(numbers), directions))
             padded[:, :p] = compiled.slopes
             slopes = [jit.Float64(np.tile(row, s)) for row in padded]
-        dr.make_opaque(numbers, x, dx, slopes, at)
+        dr.make_opaque(numbers)
+        jit.align(x, dx, slopes, at)
         x, dx = self._roll_actuators(shots, x, dx, numbers, slopes, at, directions)
         if self._conservative:
             begins = np.repeat(shots.idle & (shots.preroll == 0), directions)
@@ -197,7 +198,8 @@ class Shooter:
         x = [jit.Float64(column) for column in self._start(shots)]
         row, step = jit.Int32(shots.starts), dr.opaque(jit.Float64, self.grid_s)
         near = dr.zeros(jit.Float64, len(shots))
-        dr.make_opaque(numbers, x, row, near)
+        dr.make_opaque(numbers, near)
+        jit.align(x, row)
         x, _ = self._roll_actuators(shots, x, [], numbers, [], row, 1)
         for k in range(shots.steps + 1):
             near = dr.maximum(near, self._is_near(x, numbers, step, self._around))
@@ -236,7 +238,7 @@ class Shooter:
         velocity in the middle of the first: that of the first step itself, and 0 where a run begins, as there.
         """
         moving = jit.Float64((~begins).astype(np.float64))
-        dr.make_opaque(moving)
+        jit.align(moving)
         y, dy = self._one(advance, x, dx, numbers, slopes, given)
         gone = slice(_PLACE, _MOTION)
         found = [*x[:_PLACE], *(moving * a for a in y[gone]), *x[_MOTION:]]
@@ -252,13 +254,14 @@ class Shooter:
         longest, lanes = int(shots.preroll.max()), dr.width(at)
         mine = jit.Int32(np.repeat(shots.preroll, directions))
         driven = jit.Float64(np.repeat(~shots.idle, directions).astype(np.float64))
+        jit.align(mine, driven)
         own = [
             *(driven * command for command in self._given(at - mine)[:-1]),
             *(dr.zeros(jit.Float64, lanes) for _ in range(self._kept - self._actuators)),
         ]
         down = [dr.zeros(jit.Float64, lanes) for _ in own] if dx else []
         before = dr.opaque(jit.Int32, longest)
-        dr.make_opaque(own, down, mine)
+        dr.make_opaque(own, down)
         for _ in range(longest):
             held = dr.select(before > mine, jit.Float64(1.0), 0.0)  # until a shot's own preroll begins
             dr.schedule(held)  # for the kernel of the next line
