@@ -23,7 +23,7 @@ from pelagos.vehicles.control.world_acceleration import from_world
 
 def test_an_aeroplane_climbs_banks_and_integrates_within_bounds() -> None:
     gains = {
-        "kp_height": 0.04, "ki_height": 0.01, "pitch_limit_deg": 20.0, "kp_pitch": 0.9, "kd_pitch_s": 0.2,
+        "kp_height": 0.01, "ki_height": 0.01, "pitch_limit_deg": 20.0, "kp_pitch": 0.9, "kd_pitch_s": 0.2,
         "kp_heading": 1.1, "bank_limit_deg": 35.0, "kp_roll": 0.7, "kd_roll_s": 0.15, "k_yaw_s": 0.3, "kp_speed": 12.0,
         "ki_speed": 3.0, "trim_drive": 400.0,
     }  # fmt: skip
@@ -36,7 +36,7 @@ def test_an_aeroplane_climbs_banks_and_integrates_within_bounds() -> None:
         [lanes(heights), lanes(speeds)], scene.flow, [lanes(height), lanes(heading), lanes(speed)], lanes(H)
     )
     higher = np.clip(height + scene.place[:, 2], -20, 20)
-    asked, most = 0.04 * higher + 0.01 * heights, math.radians(20)
+    asked, most = 0.01 * higher + 0.01 * heights, math.radians(20)
     pitch = np.clip(asked, -most, most)
     bank = np.clip(1.1 * short(heading - scene.euler[:, 2]), -math.radians(35), math.radians(35))
     faster = speed - np.linalg.norm(scene.nu[:, :3] - scene.water, axis=1)

@@ -11,13 +11,16 @@ from pelagos.hydro.algebra import Matrix, Vector, add, minus, mul
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.model import Inertia, Model
+from pelagos.vehicles.model import Inertia
 from pelagos.vehicles.nearby import feels_planes
+from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.terms.boundary import Boundary
+from pelagos.vehicles.terms.floating import Surplus
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.vehicles.wetness import Keeps
 
 GENERAL = ("mass", "added_mass", "thrust", "lag")
+_SURPLUS = "surplus weight"
 
 
 def check_names(vehicle: Vehicle, names: Iterable[str], where: str) -> None:
@@ -41,16 +44,18 @@ def check_names(vehicle: Vehicle, names: Iterable[str], where: str) -> None:
 def varied(vehicle: Vehicle, factors: Mapping[str, Array]) -> Vehicle:
     """A vehicle with parameters times `factors`, arrays of one lane a copy.
 
-    `mass`: of the body, its inertia and its weight, at the same volume; `added_mass`: of the water that goes along;
+    `mass`: of the body, its inertia and its weight, at the same volume, so that what floats sinks deeper; `added_mass`:
+    of the water that goes along, in waves that at infinite frequency;
     `thrust`: of every actuator; `lag`: time constants of actuators; a term's name: its force and moment.
     """
     if not factors:
         return vehicle
     model = vehicle.model
     terms: dict[str, Any] = dict(model.terms)
-    mass = factors.get("mass")
+    mass, body = factors.get("mass"), vehicle.config.body
+    floats = bool(body.stiffness.any())  # its hydrostatics are in balance at its own weight, payloads' included
     for name, term in model.terms.items():
-        if mass is not None and hasattr(term, "weight"):
+        if mass is not None and not floats and hasattr(term, "weight"):
             terms[name] = replace(cast(Any, term), weight=mul(mass, cast(Any, term).weight))
         if name in factors:
             terms[name] = Scaled(terms[name], factors[name])
@@ -62,7 +67,13 @@ def varied(vehicle: Vehicle, factors: Mapping[str, Array]) -> Vehicle:
         if "thrust" in factors:
             effect = [mul(factors["thrust"], c) for c in actuators[name].effect]  # type: ignore[attr-defined]
             actuators[name] = replace(actuators[name], effect=effect)  # type: ignore[type-var]
-    made = replace(model, terms=terms, actuators=actuators, inertia=_inertia(model, factors))
+    if mass is not None and floats:
+        terms[_SURPLUS] = Surplus(mul(mass - 1.0, body.weight), [float(x) for x in body.center_of_gravity])
+    made = replace(
+        model, terms=terms, actuators=actuators, inertia=_inertia(model.inertia, factors),
+        sea=None if model.sea is None else _sea(model.sea, factors),
+        sea_inertia=None if model.sea_inertia is None else _inertia(model.sea_inertia, factors),
+    )  # fmt: skip
     return vehicle.with_model(made)
 
 
@@ -71,8 +82,19 @@ def _lags(actuator: Any) -> bool:
     return isinstance(actuator.lag, Lag) and actuator.lag.time_constant != 0
 
 
-def _inertia(model: Model, factors: Mapping[str, Array]) -> Inertia:
-    inertia = model.inertia
+def _sea(sea: Seakeeping, factors: Mapping[str, Array]) -> Seakeeping:
+    added = _times(factors.get("added_mass", 1.0), sea.added)
+    ahead = sea.ahead
+    if ahead is not None:
+        upright = ahead.upright
+        if upright is not None:
+            rigid = [add(row, minus(other)) for row, other in zip(upright, ahead.added, strict=True)]
+            upright = [add(*rows) for rows in zip(_times(factors.get("mass", 1.0), rigid), added, strict=True)]
+        ahead = replace(ahead, added=added, upright=upright)
+    return replace(sea, added=added, ahead=ahead)
+
+
+def _inertia(inertia: Inertia, factors: Mapping[str, Array]) -> Inertia:
     if "mass" not in factors and "added_mass" not in factors:
         return inertia
     rigid, added = inertia.rigid, inertia.added

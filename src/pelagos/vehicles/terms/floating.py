@@ -157,6 +157,19 @@ class Payload:
         return restoring.weight_at(self.weight, self.position, flow.down)
 
 
+@dataclass(frozen=True)
+class Surplus:
+    """surplus: weight beyond that at which the hydrostatics are in balance [N]; center: of gravity (3) [m]."""
+
+    keeps: ClassVar[Keeps] = "always"
+    surplus: Array
+    center: Vector
+
+    def wrench(self, flow: Flow) -> Vector:
+        """The weight at its place (6)."""
+        return restoring.weight_at(self.surplus, self.center, flow.down)
+
+
 class FloatingDampingConfig(PartConfig):
     """Linear damping of a floating hull: time constants, and ratios of critical damping in heave, roll and pitch."""
 
