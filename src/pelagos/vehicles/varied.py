@@ -14,7 +14,6 @@ from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.model import Inertia
 from pelagos.vehicles.nearby import feels_planes
 from pelagos.vehicles.seakeeping import Seakeeping
-from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.terms.floating import Surplus
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.vehicles.wetness import Keeps
@@ -35,7 +34,7 @@ def check_names(vehicle: Vehicle, names: Iterable[str], where: str) -> None:
         general.remove("thrust")
     if not any(_lags(a) for a in actuators):
         general.remove("lag")
-    known = [*general, *(n for n, t in vehicle.model.terms.items() if not isinstance(t, Boundary))]
+    known = [*general, *(n for n, t in vehicle.model.terms.items() if not hasattr(t, "image_mass"))]
     for name in names:
         if name not in known:
             raise LookupFailed("parameter of the vehicle", name, known, where=where)
@@ -123,9 +122,18 @@ class Scaled:
 
     @property
     def keeps(self) -> Keeps:
-        """Share of it left out of the water, as of the term."""
-        kept: Keeps = getattr(self.term, "keeps", "hull")
+        """Share of it left out of the water, as of the term; one that says none has that of its vehicle's medium.
+
+        Raises:
+            AttributeError: the term says none.
+        """
+        kept: Keeps = self.term.keeps
         return kept
+
+    @property
+    def on_host(self) -> bool:
+        """True if the term computes in NumPy."""
+        return bool(getattr(self.term, "on_host", False))
 
     @property
     def feels_planes(self) -> bool:
