@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from control_scene import ECHO, LANES, H, Scene, drawn, held, lanes, number, short
 
+from pelagos.errors import ScenarioError
+from pelagos.vehicles.actuators.thruster import ForceThrusterConfig
 from pelagos.vehicles.control.depth import DepthGains, DepthMemory, stern_plane
 from pelagos.vehicles.control.free_pitch import upright_heave
 from pelagos.vehicles.control.heading import HeadingGains, HeadingMemory, rudder
@@ -197,3 +201,21 @@ def test_a_glider_steers_by_the_way_that_it_goes() -> None:
     assert number(kept[0]) == pytest.approx(sinking)
     expected = np.where(sinking == was, held(free, integral, H * error), -integral)
     assert number(kept[1]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_thrust_by_the_coefficient_for_ahead_needs_thrusters_that_have_one() -> None:
+    """Those that are commanded by their force have none: told before a run, and not in its first step."""
+    keys = {
+        "type": "heading_thrust", "inertia_kg_m2": 30.0, "damping_kg_m2_s": 9.0, "frequency_rad_s": 0.8,
+        "reference_rad_s": 0.5, "rate_limit_deg_s": 9.0,
+    }  # fmt: skip
+    force = {"type": "force_thruster", "low_n": -30, "high_n": 50, "time_constant_s": 0.1, "direction": [1, 0, 0]}
+    in_air: Any = SimpleNamespace(in_air=True, density=1.2)
+    sides = {
+        name: ForceThrusterConfig.model_validate({**force, "position_m": [0, y, 0]}).build(in_air)
+        for name, y in (("left", -0.4), ("right", 0.5))
+    }
+    plant: Any = SimpleNamespace(model=SimpleNamespace(actuators=sides))
+    assert HeadingThrustConfig.model_validate(keys).build(plant).allocation.limits == [(-30.0, 50.0)] * 2
+    with pytest.raises(ScenarioError, match=r"type thruster, .* 'left' has none: give allocation: saturated"):
+        HeadingThrustConfig.model_validate({**keys, "allocation": "forward_coefficient"}).build(plant)

@@ -12,6 +12,7 @@ from typing import Literal
 
 import drjit as dr
 
+from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Vector
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.thruster import QuadraticCurve, Thruster
@@ -67,8 +68,19 @@ class HeadingThrustConfig(PartConfig):
     """Thrust astern by its own coefficient and scaled at saturation, or as Fossen's program with the one for ahead."""
 
     def build(self, plant: Plant) -> HeadingThrust:
-        """The control law."""
-        return HeadingThrust(self, allocation_of(plant.model, (0, 5)))
+        """The control law.
+
+        Raises:
+            ScenarioError: the thrusters cannot do it, or one has no coefficient for thrust ahead.
+        """
+        allocation = allocation_of(plant.model, (0, 5))
+        for name, part in allocation.thrusters.items() if self.allocation == "forward_coefficient" else ():
+            if not (isinstance(part, Thruster) and isinstance(part.curve, QuadraticCurve)):
+                raise ScenarioError(
+                    f"allocation forward_coefficient is for actuators of the type thruster, which have a coefficient "
+                    f"forward; {name!r} has none: give allocation: saturated"
+                )
+        return HeadingThrust(self, allocation)
 
 
 @dataclass(frozen=True)
