@@ -11,7 +11,9 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
 from vehicle_flight import Still, fly, quaternion
 
+from pelagos import jit
 from pelagos.errors import LookupFailed
+from pelagos.vehicles.flow import make_flow, rotation_from_euler
 from pelagos.vehicles.vehicle import Vehicle
 
 
@@ -96,3 +98,24 @@ def test_signs_of_the_planes(remus, command, axis, sign):
 def test_an_unknown_mode_is_refused_with_the_nearest(remus):
     with pytest.raises(LookupFailed, match="did you mean 'depth_heading'"):
         remus.command_names("depth_headin")
+
+
+def test_fins_of_an_x_tail_steer_and_pitch_together(remus):
+    """Each gets its share of the rudder's deflection and its share of the plane's, whoever has the others."""
+    config = remus.controllers["depth_heading"].config
+    flow = make_flow(
+        [jit.Float64(v) for v in (3.0, -4.0, 50.0)], rotation_from_euler(*(jit.Float64(a) for a in (0.1, -0.05, 0.4))),
+        [jit.Float64(v) for v in (1.5, 0.1, 0.05, 0.02, -0.03, 0.04)], [0.0] * 3,
+    )  # fmt: skip
+    command = [jit.Float64(v) for v in (57.0, 0.9, 1.5)]
+
+    def asked(rudder, stern_plane):
+        law = config.model_copy(update={"rudder": rudder, "stern_plane": stern_plane}).build(None)
+        demand = law.act(law.start(flow), flow, command, jit.Float64(0.05))[0].actuators
+        return {name: float(jit.Float64(v)[0]) for name, v in demand.items() if name != config.propeller}
+
+    apart = asked({"r": 1.0}, {"s": 1.0})
+    assert min(map(abs, apart.values())) > 0.01
+    shares = {"a": (1.0, -0.7), "b": (-1.0, -0.8), "c": (0.9, 0.0)}
+    found = asked({n: r for n, (r, _) in shares.items()}, {n: s for n, (_, s) in shares.items() if s})
+    assert found == pytest.approx({n: r * apart["r"] + s * apart["s"] for n, (r, s) in shares.items()})

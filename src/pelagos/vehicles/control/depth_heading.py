@@ -31,7 +31,8 @@ class DepthHeadingConfig(PartConfig):
     rudder: dict[str, float]
     """Actuators that steer, and their share of the rudder's deflection (1 or -1 by their side)."""
     stern_plane: dict[str, float]
-    """Actuators that pitch, and their share of the stern plane's deflection."""
+    """Actuators that pitch, and their share of the stern plane's deflection; one that steers too, as on an X tail,
+    gets both."""
     propeller: str
     """The actuator that drives."""
 
@@ -83,8 +84,9 @@ class DepthHeading:
         shaft, integral = command[2], memory[7]
         if c.speed is not None:
             shaft, integral = shaft_speed(c.speed, integral, command[2], flow.nu_r[0], h)
-        demand = {name: share * steer for name, share in c.rudder.items()}
-        demand |= {name: share * plane for name, share in c.stern_plane.items()}
+        demand: dict[str, Array] = {name: share * steer for name, share in c.rudder.items()}
+        for name, share in c.stern_plane.items():
+            demand[name] = demand[name] + share * plane if name in demand else share * plane
         demand[c.propeller] = shaft
         kept = [depth.reference, depth.depth_integral, depth.pitch_integral]
         kept += [heading.integral, heading.heading, heading.rate, heading.acceleration, integral]
