@@ -47,6 +47,7 @@ def test_a_jump_is_twenty_times_the_usual_change(slow: float, found: list[int]) 
     near = np.where(np.abs(np.arange(100) - 41) < 8, 0.06 * (-1.0) ** np.arange(100), 0.0)
     assert jumps("u", np.cumsum(near) + stepped(1.05, 0.0), T).tolist() == []  # about there
     assert jumps("u", 0 * T, T).tolist() == []
+    assert jumps("heading", stepped(TURN + 0.5), 5 * T).tolist() == [40]  # too much beside a turn to be one
 
 
 def test_rows_between_two_near_jumps_are_a_fault() -> None:
@@ -74,7 +75,8 @@ def test_a_number_that_is_jumped_to_is_a_drop_out(value: float, rows: list[int],
         ("roll", stepped(0.0) + 3.05, "", ""), ("roll", stepped(0.0) - 3.3, "", "largest roll there is: degrees"),
         ("pitch", stepped(0.0) + 1.5, "", ""), ("pitch", stepped(0.0) - 1.8, "deg", "largest pitch there is"),
         ("heading", 0.3 * np.arange(100), "", ""),  # counts on
-        ("heading", stepped(359.0), "", "jumps by 359: degrees"), ("heading", stepped(6.3), "", ""),
+        ("heading", stepped(359.0), "", "jumps by 359: degrees"), ("heading", stepped(6.7), "", "6.701: degrees"),
+        ("heading", stepped(6.3), "", ""),
         ("heading", np.radians(stepped(-6.2)), "deg", "no number is beyond 2 pi, and they jump by 6.199: radians"),
         ("heading", np.radians(stepped(-5.9)), "deg", ""), ("heading", np.radians(stepped(-6.2) + 30), "deg", ""),
         ("heading", np.radians(stepped(360.0)), "deg", ""),
