@@ -127,7 +127,7 @@ def test_requests_to_send_that_nobody_answers_are_counted() -> None:
 def test_tdma_sends_once_in_its_own_slot_while_there_is_room(payload: int, room: float) -> None:
     """Slots of 0.5 s from when the episode began, three a frame, the last 0.1 s silent: address 7 has the second."""
     port = modem_port(mac="tdma", address=7)
-    station = Station(begin_ns=3 * S // 10, queue=[packet("y" * payload) for _ in range(9)])
+    station = Station(begin_ns=9 * S // 10, queue=[packet("y" * payload) for _ in range(9)])
     step, sent = S // 50, []
     for now in range(station.begin_ns, station.begin_ns + 5 * S, step):
         if asked(station, port, now):
@@ -135,7 +135,7 @@ def test_tdma_sends_once_in_its_own_slot_while_there_is_room(payload: int, room:
     assert sent == [0.5, 2.0, 3.5]
     latest = [
         t for t in np.arange(0, 250) / 50
-        if asked(Station(begin_ns=3 * S // 10, queue=[packet("y" * payload)]), port, 3 * S // 10 + round(t * S))
+        if asked(Station(begin_ns=9 * S // 10, queue=[packet("y" * payload)]), port, 9 * S // 10 + round(t * S))
     ]  # fmt: skip
     expected = [t for t in np.arange(0, 250) / 50 if 0.5 <= t % 1.5 < 1.0 and round(1.0 - t % 1.5 - 0.1 - room, 6) >= 0]
     assert latest == expected

@@ -140,6 +140,49 @@ def test_status_counts_since_the_reading_before() -> None:
     assert rows["b", 25] == [0, 0, 0, 0, NOISE]
 
 
+def test_a_modem_that_looks_seldom_sends_and_counts_at_its_own_ticks() -> None:
+    """Every third tick: both packets are sent on one, and counted in the reading of that tick."""
+    traffic = network(modem_port("a.m"), modem_port("b.m", address=1, period=3))
+    for _ in range(2):
+        say(traffic, "b", "*", b"")
+    rows = {}
+    for tick in range(16):
+        traffic.read("a.m", tick)
+        if tick % 3 == 0:
+            rows[tick] = traffic.read("b.m", tick).status[0, :4].tolist()
+    assert rows == {0: [2, 0, 0, 0], 3: [1, 1, 0, 1], 6: [1, 1, 0, 0], 9: [1, 1, 0, 0], 12: [0, 1, 0, 1], 15: [0, 1, 0, 0]}
+
+
+@pytest.mark.parametrize(("level", "sent"), [(64.9, 1), (65.1, 0)])
+def test_who_listens_hears_what_it_would_notice(level: float, sent: int) -> None:
+    """5 dB below the noise, from 0.27 s on: b would send at 0.3 s."""
+    traffic = network(*three(mac="csma"), signals={"ab": heard(level=level)})
+    say(traffic, "a", "*", b"x" * 60)
+    run(traffic, 15)
+    say(traffic, "b", "*")
+    traffic.read("a.m", 15)
+    assert traffic.read("b.m", 15).status[0, 3] == sent
+
+
+def test_ranges_of_requests_that_are_under_way_together() -> None:
+    """To b, and to c before b has answered: both come out."""
+    traffic = network(*three(), signals={"ac": heard(0.27), "ca": heard(0.29)})
+    for to in ("b.m", "c.m"):
+        say(traffic, "a", to, b"", kind="request")
+    packets, _ = run(traffic, 70)
+    ranges = {p.sender: p.range_m for _, _, p in packets["a"]}
+    assert ranges == {"b.m": pytest.approx(0.25 * 1480.0, abs=1e-3), "c.m": pytest.approx(0.28 * 1480.0, abs=1e-3)}
+
+
+def test_a_modem_is_wet_up_to_the_level_of_the_sea_and_foreign_packets_are_told_where_no_path_leads() -> None:
+    ports = three()
+    ports[2] = modem_port("c.m", address=2, modulation="bpsk")
+    traffic = network(*ports, sea=0.5, depths={"b": [-0.4]}, signals={"ac": lost("blocked")})
+    say(traffic, "a", "*")
+    _, fates = run(traffic, 40)
+    assert (told(fates, "b"), told(fates, "c")) == (["received"], ["blocked"])
+
+
 def test_a_range_is_half_the_time_without_the_turnaround() -> None:
     """There in 0.25 s and back in 0.31 s: half of 0.56 s, at 1480 m/s."""
     traffic = network(*three()[:2], signals={"ba": heard(0.31)})
@@ -248,12 +291,13 @@ def test_beacons_begin_apart_by_their_address() -> None:
     ports[1] = modem_port("b.m", address=7, beacon_s=6.0, beacon_bytes=4, acknowledge=True)
     ports[0] = modem_port("a.m", address=5)
     traffic = network(*ports)
-    packets, _ = run(traffic, 700)
+    packets, fates = run(traffic, 700)
     of_b = [p for _, _, p in packets["a"] if p.sender == "b.m"]
     of_c = [p for _, _, p in packets["a"] if p.sender == "c.m"]
     assert [p.sent_ns / 1e9 for p in of_b] == [2.0, 8.0]
     assert [p.sent_ns / 1e9 for p in of_c] == [4.0, 10.0]
     assert [(p.to, p.payload) for p in of_b + of_c[:1]] == [("*", b"\0" * 4)] * 2 + [("a.m", b"\0" * 4)]
+    assert [f.sender for _, _, f in fates["c"] if f.kind == "ack" and f.to == "c.m"] == ["a.m", "a.m"]
 
 
 def test_interrogations_go_round() -> None:
