@@ -27,9 +27,9 @@ def test_a_rate_is_a_whole_number_of_ticks(rate: float, dt_ns: int, period: int)
 @pytest.mark.parametrize(
     ("rate", "said"),
     [(25.0, "25 is faster than the tick rate of 20 Hz; nearest: 20"),
-     (8.0, "8 does not divide the tick rate of 20 Hz; nearest: 10 or 6.66667"),
-     (19.9, "19.9 does not divide the tick rate of 20 Hz; nearest: 20 or 10"),
-     (0.30001, "0.30001 does not divide the tick rate of 20 Hz; nearest: 0.30303 or 0.298507")],
+     (8.0, "8 does not divide the tick rate of 20 Hz; nearest: 6.66667 or 10"),
+     (19.9, "19.9 does not divide the tick rate of 20 Hz; nearest: 10 or 20"),
+     (0.30001, "0.30001 does not divide the tick rate of 20 Hz; nearest: 0.298507 or 0.30303")],
 )  # fmt: skip
 def test_other_rates_are_refused_with_their_nearest(rate: float, said: str) -> None:
     with pytest.raises(pl.ScenarioError, match=rf"^here: rate_hz {re.escape(said)}$"):

@@ -99,7 +99,9 @@ def test_links_are_traced_by_frequency_with_the_senders_hull_and_again_when_they
     cache: dict[Any, Any] = {}
     pairs = [(0, 2, 1), (1, 0, 0), (2, 1, 1)]
     high, low = medium._tracers[25e3], medium._tracers[9e3]
-    medium.hear(pairs, ends, 5.0, cache, [0.0] * 3)
+    found = medium.hear(pairs, ends, 5.0, cache, [0.0] * 3)
+    ways = [np.linalg.norm(ends[b].position[c] - ends[a].position[c]) for a, b, c in pairs]
+    assert [s.delay_s for s in found] == pytest.approx(np.array(ways) / C)
     assert high.asked == [(2, 5.0, [1, 1], [11, 33])]
     assert low.asked == [(1, 5.0, [0], [20])]
     before = [cache[p].ends[0].copy() for p in pairs]

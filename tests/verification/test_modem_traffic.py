@@ -340,3 +340,20 @@ def test_what_is_kept_goes_on_in_another_run() -> None:
     for k in (0, 1):
         assert {n: half[k].get(n, []) + rest[k].get(n, []) for n in whole[k]} == whole[k]
     assert any(whole[0].values())
+
+
+def test_what_was_heard_before_a_checkpoint_disturbs_what_ends_after_it() -> None:
+    """A short packet ends at b first, and is told lost; the long one that it met is lost too, in another run."""
+    first, second = network(*three()), network(*three())
+    say(first, "c", "*", b"")
+    say(first, "a", "*", b"x" * 40)
+    assert told(run(first, 24)[1], "b") == ["collision"]
+    second.recall(first.memory())
+    for traffic in (first, second):
+        assert told(run(traffic, 60, first=24)[1], "b") == ["collision"]
+
+
+def test_a_packet_that_waits_for_its_acknowledgement_is_counted_as_waiting() -> None:
+    traffic = network(*three(), signals={"ab": lost("blocked")})
+    say(traffic, "a", "b.m", acknowledge=True)
+    assert [traffic.read("a.m", tick).status[0, 0] for tick in range(3)] == [1, 1, 1]
