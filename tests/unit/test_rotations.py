@@ -68,7 +68,7 @@ def test_matrices_and_angles_of_many_quaternions() -> None:
 
 def test_rotations_of_many_lanes_are_those_of_scipy() -> None:
     """Products, turns about vectors and back the short way round, large, small and none, of either sign of w."""
-    turns = np.array([[0.4, -0.9, 1.3], [-2.1, 0.6, -1.4], [3e-9, -2e-9, 1e-9], [0.0, 0.0, 0.0], [2.9, 2.0, -1.1]])
+    turns = np.array([[0.4, -0.9, 1.3], [-2.1, 0.6, -1.4], [3e-13, -2e-13, 1e-13], [0.0, 0.0, 0.0], [2.9, 2.0, -1.1]])
     expected = Rotation.from_rotvec(turns)
     q = from_vector(turns)
     np.testing.assert_allclose(Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix(), expected.as_matrix(), atol=1e-15)

@@ -34,6 +34,8 @@ def test_longitudes_are_counted_about_the_place() -> None:
     assert (near.tolist(), order) == ([-8.0, -4.0, 4.0], None)
     near, order = around(np.array([364.0, 356.0, 352.0]), 3.0)
     assert (near.tolist(), order) == ([4.0, -4.0, -8.0], None)
+    near, order = around(np.array([-170.0, -150.0]), 175.0)
+    assert (near.tolist(), order) == ([190.0, 210.0], None)
     near, order = around(np.arange(0.0, 361.0, 90.0), 10.0)
     assert order is not None
     assert (near.tolist(), order.tolist()) == ([-90.0, 0.0, 90.0, 180.0], [3, 0, 1, 2])
@@ -120,5 +122,7 @@ def test_grids_hold_up_to_their_last_nodes_and_no_farther(rule: Any) -> None:
     grid = 2.0 * np.arange(3)[:, None] - 0.7 * np.arange(5) + 1.0
     i, j = np.array([0.0, 2.0, 2.0, 1.3, 0.0, 2.0]), np.array([0.0, 4.0, 0.0, 3.9, 4.0, 1.6])
     np.testing.assert_allclose(rule(grid, i, j), 2.0 * i - 0.7 * j + 1.0)
+    rough = np.random.default_rng(4).normal(size=(3, 5))
+    np.testing.assert_allclose(rule(rough, np.array([0.0, 2.0, 1.0]), np.array([3.0, 4.0, 2.0])), rough[[0, 2, 1], [3, 4, 2]])
     beyond = rule(grid, np.array([-1e-6, 2.000001, 1.0, 1.0]), np.array([1.0, 1.0, -1e-6, 4.000001]))
     assert np.isnan(beyond).all()
