@@ -172,7 +172,7 @@ def test_rays_are_told_the_water_at_their_mount():
 
 
 def test_errors_of_a_ctd_are_each_its_own() -> None:
-    """White noise d sqrt(rate), new each tick, and a constant offset, of 1000 copies; salinity is that of what is read."""
+    """White noise d sqrt(rate), new each tick, and a constant offset, of 1000 copies; salinity follows what is read."""
     std = {"conductivity": (3e-4, 2e-3), "temperature": (2e-3, 7e-3), "pressure": (0.04, 0.11)}
     keys = {f"{name}_noise_density": d for name, (d, _) in std.items()}
     keys |= {f"{name}_bias_std": b for name, (_, b) in std.items()}
@@ -204,6 +204,8 @@ def test_errors_of_a_probe_add_and_its_readings_end_at_its_limits() -> None:
     drift = (steady.sense(times).data - 240.0).reshape(2, 1000)
     assert drift.std(axis=1) == pytest.approx([0.5, 0.5], rel=spread)
     assert np.corrcoef(drift)[0, 1] == pytest.approx(np.exp(-40 * DT * 1e-9 / 2.0), abs=4 / np.sqrt(1000))
-    held = make("oxygen", context(), **keys | {"resolution": 0.25, "lowest": 239.5, "highest": 241.0}).sense(motion).data
+    held = (
+        make("oxygen", context(), **keys | {"resolution": 0.25, "lowest": 239.5, "highest": 241.0}).sense(motion).data
+    )
     assert sorted(set(held)) == [239.5, 239.75, 240.0, 240.25, 240.5, 240.75, 241.0]
     np.testing.assert_allclose(held, np.clip(np.round((error.ravel() + 240) * 4) / 4, 239.5, 241.0))

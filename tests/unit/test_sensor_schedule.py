@@ -52,7 +52,10 @@ def test_a_part_pings_at_the_fastest_whole_part_of_a_rate_without_ambiguity(reac
 def test_ranges_beyond_the_next_ping_are_warned_of_where_a_scenario_asks_for_them() -> None:
     """1400 m/s: 70 m at 10 Hz; 80 m are heard at 8.75 Hz. Not of a device, nor of a default, nor below."""
     asked = AltimeterConfig(rate_hz=10.0, range_max_m=69.0)
-    said = "a.x: echoes from 80 m come after the next ping at 10 Hz, and are lost; ranges up to 70 m are heard, or all at 8.75 Hz"
+    said = (
+        "a.x: echoes from 80 m come after the next ping at 10 Hz, and are lost; ranges up to 70 m are heard, or all at "
+    )
+    said += "8.75 Hz"
     with pytest.warns(pl.ValidityWarning, match=f"^{re.escape(said)}$"):
         warn_of_ambiguity(asked, "a.x", 80.0)
     with warnings.catch_warnings():

@@ -161,10 +161,12 @@ def test_reports_come_as_often_as_the_speed_says() -> None:
     ("A", 8.7, 10.0, 36), ("A", 17.0, 6.0, 60), ("A", 26.0, 2.0, 180), ("B", 1.0, 180.0, 2), ("B", 12.0, 30.0, 12),
 ])  # fmt: skip
 def test_positions_and_every_six_minutes_static_data(ais_class: Any, knots: float, pause: float, every: int) -> None:
-    """Of the asked copy: place, course by its velocity, heading by its bow, not by its antenna; both channels in turn."""
+    """Of the asked copy: place, course by its velocity, heading by its bow, not its antenna; channels in turn."""
     import pyais
 
-    config = AisConfig(ais_class=ais_class, name="otter", length_m=13, beam_m=4, ship_type=52, orientation_deg=(0, 0, 50))
+    config = AisConfig(
+        ais_class=ais_class, name="otter", length_m=13, beam_m=4, ship_type=52, orientation_deg=(0, 0, 50)
+    )
     context = SensorContext.alone("a.ais")
     ais = Ais(config, context)
     told = {"A": 359.97, "B": 213.4}[ais_class]  # of the compass
@@ -184,7 +186,9 @@ def test_positions_and_every_six_minutes_static_data(ais_class: Any, knots: floa
         lines = said.decode().split("\n")
         assert wait == pause
         assert {line.split(",")[4] for line in lines} == {"AB"[count % 2]}
-        messages = [pyais.decode(line).asdict() for line in lines] if ais_class == "B" else [pyais.decode(*lines).asdict()]
+        messages = (
+            [pyais.decode(line).asdict() for line in lines] if ais_class == "B" else [pyais.decode(*lines).asdict()]
+        )
         assert {m["mmsi"] for m in messages} == {211_000_007}
         if len(lines) > 1 and ais_class == "A":
             assert {line.split(",")[3] for line in lines} == {str(count % 10)}
@@ -202,7 +206,9 @@ def test_positions_and_every_six_minutes_static_data(ais_class: Any, knots: floa
     assert static == [k for k in (0, 1, every - 1, every, 2 * every, 2 * every + 1, 23, 180) if k % every == 0]
 
 
-@pytest.mark.parametrize(("keys", "noise", "power"), [({"ais_class": "A"}, -119.0, 41.0), ({"ais_class": "B"}, -119.0, 33.0)])
+@pytest.mark.parametrize(
+    ("keys", "noise", "power"), [({"ais_class": "A"}, -119.0, 41.0), ({"ais_class": "B"}, -119.0, 33.0)]
+)
 def test_a_transponder_sends_with_the_power_of_its_class(keys: dict[str, Any], noise: float, power: float) -> None:
     """12.5 W and 2 W over 1 mW: 41 and 33 dB."""
     added: list[Any] = []
@@ -212,5 +218,11 @@ def test_a_transponder_sends_with_the_power_of_its_class(keys: dict[str, Any], n
     Ais(AisConfig(mmsi=211_000_009, address=5, **keys), replace(SensorContext.alone("a.ais"), medium=medium))
     (port,) = added
     assert (port.carrier.power_dbm, port.carrier.noise_dbm, port.carrier.frequency) == (power, noise, 162e6)
-    assert (port.mmsi, port.address, port.packet_max_bytes, port.queue, port.kind) == (211_000_009, 5, 1024, 16, "radio")
+    assert (port.mmsi, port.address, port.packet_max_bytes, port.queue, port.kind) == (
+        211_000_009,
+        5,
+        1024,
+        16,
+        "radio",
+    )
     assert 10 * math.log10({41.0: 12.5e3, 33.0: 2e3}[power]) == pytest.approx(power, abs=0.05)

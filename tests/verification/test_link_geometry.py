@@ -1,4 +1,4 @@
-"""Signals between ends that move, first paths of transponders, and places that are told apart: made-up straight rays."""
+"""Signals between ends that move, first paths of transponders, and bottoms behind edges: made-up straight rays."""
 
 from __future__ import annotations
 

@@ -29,7 +29,15 @@ def asked(station: Station, port: ModemPort, now: int, *, busy: bool = False, dr
 
 def test_a_modem_transmits_from_the_first_to_before_the_last_moment() -> None:
     station = Station(sending=[[100, 200], [300, 450]])
-    assert [station.busy(t) for t in (99, 100, 199, 200, 300, 449, 450)] == [False, True, True, False, True, True, False]
+    assert [station.busy(t) for t in (99, 100, 199, 200, 300, 449, 450)] == [
+        False,
+        True,
+        True,
+        False,
+        True,
+        True,
+        False,
+    ]
     spans = {(0, 100): False, (0, 101): True, (199, 250): True, (200, 300): False, (150, 160): True, (440, 900): True}
     assert {span: station.sends_within(*span) for span in spans} == spans
 
@@ -142,7 +150,10 @@ def test_tdma_sends_once_in_its_own_slot_while_there_is_room(payload: int, room:
 
 
 def test_answers_go_first_and_keep_new_packets_back() -> None:
-    early, late = Outgoing("ack", "b.m", "", "", 0, not_before_ns=100), Outgoing("cts", "c.m", "", "", 0, not_before_ns=60)
+    early, late = (
+        Outgoing("ack", "b.m", "", "", 0, not_before_ns=100),
+        Outgoing("cts", "c.m", "", "", 0, not_before_ns=60),
+    )
     station, port = Station(replies=[early, late], queue=[packet()], wait_ns=10**12), modem_port()
     assert asked(station, port, 59) is None
     assert asked(station, port, 70) == (late, 60)

@@ -104,7 +104,7 @@ def told(fates: dict[str, list[Any]], agent: str) -> list[str]:
 def test_a_packet_is_on_its_way_for_its_delay_and_stretched_by_its_doppler() -> None:
     """Sent at 20 ms, 0.172 s long; heard from 0.27 s on, 0.172/0.8 s long: 0.485 s, told at 27 ticks of 20 ms to a
     modem that looks every third; an identical copy of the fleet, where nobody spoke, hears nothing."""
-    a, b, c = three()
+    a, _, c = three()
     traffic = network(
         a, modem_port("b.m", address=1, period=3), c, copies=2, signals={"ab": heard(0.25, 118.0, doppler=0.8)},
         depths={"a": [4.0, 6.5]},
@@ -119,7 +119,13 @@ def test_a_packet_is_on_its_way_for_its_delay_and_stretched_by_its_doppler() -> 
     assert math.isnan(packet.range_m)
     assert math.isnan(packet.azimuth_rad)
     ((_, _, fate),) = fates["b"]
-    assert (fate.sender, fate.to, fate.receiver, fate.sent_ns, fate.time_ns) == ("a.m", "b.m", "b.m", 20_000_000, 485_000_000)
+    assert (fate.sender, fate.to, fate.receiver, fate.sent_ns, fate.time_ns) == (
+        "a.m",
+        "b.m",
+        "b.m",
+        20_000_000,
+        485_000_000,
+    )
     assert (fate.bytes, fate.fate, fate.level_db, fate.snr_db, fate.kind) == (5, "received", 118.0, 48.0, "data")
     ((_, _, other),) = fates["c"]  # who it was not for hears it too, but has no packet
     assert (other.receiver, other.fate) == ("c.m", "received")
@@ -150,7 +156,14 @@ def test_a_modem_that_looks_seldom_sends_and_counts_at_its_own_ticks() -> None:
         traffic.read("a.m", tick)
         if tick % 3 == 0:
             rows[tick] = traffic.read("b.m", tick).status[0, :4].tolist()
-    assert rows == {0: [2, 0, 0, 0], 3: [1, 1, 0, 1], 6: [1, 1, 0, 0], 9: [1, 1, 0, 0], 12: [0, 1, 0, 1], 15: [0, 1, 0, 0]}
+    assert rows == {
+        0: [2, 0, 0, 0],
+        3: [1, 1, 0, 1],
+        6: [1, 1, 0, 0],
+        9: [1, 1, 0, 0],
+        12: [0, 1, 0, 1],
+        15: [0, 1, 0, 0],
+    }
 
 
 @pytest.mark.parametrize(("level", "sent"), [(64.9, 1), (65.1, 0)])

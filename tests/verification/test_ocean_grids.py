@@ -27,7 +27,7 @@ def test_a_window_is_covered_with_two_more_entries_on_each_side(window: Any, fir
 
 
 def test_longitudes_are_counted_about_the_place() -> None:
-    """As they are where all are near; shifted where they still increase; cut on the far side, one meridian read once."""
+    """As they are where all are near; shifted where they still increase; cut on the far side, and one read once."""
     near, order = around(np.array([-20.0, 10.0, 159.0]), 20.0)
     assert (near.tolist(), order) == ([-20.0, 10.0, 159.0], None)
     near, order = around(np.array([352.0, 356.0, 364.0]), 3.0)
@@ -123,6 +123,8 @@ def test_grids_hold_up_to_their_last_nodes_and_no_farther(rule: Any) -> None:
     i, j = np.array([0.0, 2.0, 2.0, 1.3, 0.0, 2.0]), np.array([0.0, 4.0, 0.0, 3.9, 4.0, 1.6])
     np.testing.assert_allclose(rule(grid, i, j), 2.0 * i - 0.7 * j + 1.0)
     rough = np.random.default_rng(4).normal(size=(3, 5))
-    np.testing.assert_allclose(rule(rough, np.array([0.0, 2.0, 1.0]), np.array([3.0, 4.0, 2.0])), rough[[0, 2, 1], [3, 4, 2]])
+    np.testing.assert_allclose(
+        rule(rough, np.array([0.0, 2.0, 1.0]), np.array([3.0, 4.0, 2.0])), rough[[0, 2, 1], [3, 4, 2]]
+    )
     beyond = rule(grid, np.array([-1e-6, 2.000001, 1.0, 1.0]), np.array([1.0, 1.0, -1e-6, 4.000001]))
     assert np.isnan(beyond).all()
