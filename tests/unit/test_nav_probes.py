@@ -169,3 +169,43 @@ def test_rays_are_told_the_water_at_their_mount():
     told = {name: values for name, values, _ in bath.explain(motion)}
     np.testing.assert_array_equal(told["data"], seen.data)
     np.testing.assert_array_equal(told["temperature"], seen.extras["temperature"])
+
+
+def test_errors_of_a_ctd_are_each_its_own() -> None:
+    """White noise d sqrt(rate), new each tick, and a constant offset, of 1000 copies; salinity follows what is read."""
+    std = {"conductivity": (3e-4, 2e-3), "temperature": (2e-3, 7e-3), "pressure": (0.04, 0.11)}
+    keys = {f"{name}_noise_density": d for name, (d, _) in std.items()}
+    keys |= {f"{name}_bias_std": b for name, (_, b) in std.items()}
+    read = make("ctd", context(), rate_hz=9.0, **keys).sense(
+        lanes([3, 4], dt_ns=DT, environments=range(1000), position=(0, 0, -8))
+    )
+    error = (read.data - read.truth).reshape(2, 1000, 3)
+    spread = 4 / np.sqrt(2 * 1000)
+    white, bias = np.array(list(std.values())).T
+    assert (error[1] - error[0]).std(axis=0) == pytest.approx(np.sqrt(2) * 3.0 * white, rel=spread)
+    assert error.std(axis=(0, 1)) == pytest.approx(np.sqrt(9 * white**2 + bias**2), rel=1.3 * spread)
+    assert np.abs(np.corrcoef(error[0].T) - np.eye(3)).max() < 4 / np.sqrt(1000)
+    row = read.data[5]
+    assert read.extras["salinity"][5] == pytest.approx(gsw.SP_from_C(10 * row[0], row[1], row[2]), abs=1e-12)
+    absolute = gsw.SA_from_SP(read.extras["salinity"][5], row[2], 13.0, 45.0)
+    assert read.extras["sound_speed"][5] == pytest.approx(gsw.sound_speed_t_exact(absolute, row[1], row[2]), abs=1e-9)
+
+
+def test_errors_of_a_probe_add_and_its_readings_end_at_its_limits() -> None:
+    """Noise 0.2 sqrt(4), offset 0.9, drift 0.5 about 240, of 1000 copies; within 239.5 and 241, in steps of 0.25."""
+    keys = {"noise_density": 0.2, "bias_std": 0.9, "drift_std": 0.5, "rate_hz": 4.0, "resolution": 0.0}
+    motion = lanes([3, 4], dt_ns=DT, environments=range(1000), position=(0, 0, -8))
+    error = (make("oxygen", context(), **keys).sense(motion).data - 240.0).reshape(2, 1000)
+    spread = 4 / np.sqrt(2 * 1000)
+    assert error[0].std() == pytest.approx(np.sqrt(0.16 + 0.81 + 0.25), rel=spread)
+    assert (error[1] - error[0]).std() == pytest.approx(np.sqrt(2) * 0.4, rel=spread)
+    steady = make("oxygen", context(), **keys | {"noise_density": 0.0, "bias_std": 0.0, "drift_time_s": 2.0})
+    times = lanes([0, 40], dt_ns=DT, environments=range(1000), position=(0, 0, -8))
+    drift = (steady.sense(times).data - 240.0).reshape(2, 1000)
+    assert drift.std(axis=1) == pytest.approx([0.5, 0.5], rel=spread)
+    assert np.corrcoef(drift)[0, 1] == pytest.approx(np.exp(-40 * DT * 1e-9 / 2.0), abs=4 / np.sqrt(1000))
+    held = (
+        make("oxygen", context(), **keys | {"resolution": 0.25, "lowest": 239.5, "highest": 241.0}).sense(motion).data
+    )
+    assert sorted(set(held)) == [239.5, 239.75, 240.0, 240.25, 240.5, 240.75, 241.0]
+    np.testing.assert_allclose(held, np.clip(np.round((error.ravel() + 240) * 4) / 4, 239.5, 241.0))

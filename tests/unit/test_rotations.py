@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pelagos import jit
 from pelagos.math import so3
+from pelagos.math.rotation import apply, conjugate, from_vector, product, skew, to_vector
 
 ANGLES = [(0.3, -0.5, 1.1), (-1.2, 0.7, -2.4)]
 
@@ -63,3 +64,21 @@ def test_matrices_and_angles_of_many_quaternions() -> None:
     vectors = np.random.default_rng(4).normal(size=(2, 3, 3))
     assert so3.rotate_np(q, vectors) == pytest.approx(np.einsum("abij,abj->abi", matrices, vectors), abs=1e-12)
     assert so3.euler_np(np.array([1.0, 0.0, 1.0 + 1e-16, 0.0]) / np.sqrt(2))[1] == pytest.approx(np.pi / 2)
+
+
+def test_rotations_of_many_lanes_are_those_of_scipy() -> None:
+    """Products, turns about vectors and back the short way round, large, small and none, of either sign of w."""
+    turns = np.array([[0.4, -0.9, 1.3], [-2.1, 0.6, -1.4], [3e-13, -2e-13, 1e-13], [0.0, 0.0, 0.0], [2.9, 2.0, -1.1]])
+    expected = Rotation.from_rotvec(turns)
+    q = from_vector(turns)
+    np.testing.assert_allclose(Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix(), expected.as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(to_vector(q), expected.as_rotvec(), rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(to_vector(-q), expected.as_rotvec(), rtol=1e-12, atol=1e-20)
+    both = product(q, q[[1, 0, 4, 2, 3]])
+    other = expected * Rotation.from_quat(q[[1, 0, 4, 2, 3]][:, [1, 2, 3, 0]])
+    np.testing.assert_allclose(Rotation.from_quat(both[:, [1, 2, 3, 0]]).as_matrix(), other.as_matrix(), atol=1e-14)
+    np.testing.assert_allclose(product(q, conjugate(q)), np.tile([1.0, 0, 0, 0], (5, 1)), atol=1e-15)
+    vectors = np.random.default_rng(3).normal(size=(5, 3))
+    np.testing.assert_allclose(apply(skew(turns), vectors), np.cross(turns, vectors), atol=1e-14)
+    np.testing.assert_allclose(apply(expected.as_matrix(), vectors), expected.apply(vectors), atol=1e-14)
+    np.testing.assert_allclose(apply(expected.as_matrix()[1], vectors), expected[1].apply(vectors), atol=1e-14)

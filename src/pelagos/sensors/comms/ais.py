@@ -130,7 +130,7 @@ class Ais:
             "msg_type": 1 if self._config.ais_class == "A" else 18,
             "lat": float(place[0]),
             "lon": float(place[1]),
-            "speed": min(speed, 102.2),
+            "speed": min(round(speed, 1), 102.2),  # pyais cuts off
             "course": round(math.degrees(math.atan2(-velocity[1], velocity[0])), 1) % 360.0,  # 360 is none
             "heading": round(math.degrees(math.atan2(-ahead[1], ahead[0])) % 360.0) % 360,
             "accuracy": 1,
