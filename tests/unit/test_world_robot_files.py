@@ -27,6 +27,8 @@ def cube(path: Path, size: float) -> Path:
     ("package://robot/meshes/a.stl", ["urdf/robot/meshes/a.stl", "urdf/meshes/a.stl", "urdf/a.stl",
                                       "robot/meshes/a.stl", "meshes/a.stl",
                                       "../robot/meshes/a.stl"]),
+    ("package://arm/meshes/a.stl", ["urdf/arm/meshes/a.stl", "urdf/meshes/a.stl", "urdf/a.stl", "arm/meshes/a.stl",
+                                    "meshes/a.stl"]),
     ("../meshes/a.stl", ["meshes/a.stl", "urdf/meshes/a.stl", "urdf/a.stl"]),
     ("meshes/a.stl", ["urdf/meshes/a.stl", "urdf/a.stl", "../robot/urdf/../meshes/a.stl"]),
     ("model://robot/a.stl", ["urdf/robot/a.stl", "urdf/a.stl", "../robot/a.stl"]),
