@@ -20,6 +20,7 @@ from pelagos.world.bathymetry.read_raster import read_raster
 from pelagos.world.bathymetry.read_soundings import _named, _separator, read_soundings
 from pelagos.world.bathymetry.regrid import Extent
 from pelagos.world.bathymetry.survey import Grid, Soundings, closed
+from pelagos.world.bathymetry.triangles import gridded
 from pelagos.world.bathymetry.values import in_metres, upwards
 
 LAT, LON = 44.0 + 0.01 * np.arange(4), 13.0 + 0.02 * np.arange(5)
@@ -232,3 +233,38 @@ def test_columns_are_told_apart(line, mark, comma):
 ])  # fmt: skip
 def test_columns_are_found_by_their_names(header, order):
     assert _named(header) == order
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    ("1\n2\n", "has 1 columns of numbers; x, y and z need 3"), ("1 2\nso far\n", "has 2 columns of numbers"),
+    ("1 2\n3\n", "has 2 columns"), ("so far\nx y z\n", "holds no row of numbers"),
+])  # fmt: skip
+def test_text_of_too_few_columns_is_told_from_text_of_none(text, says, tmp_path):
+    (tmp_path / "a.xyz").write_text(text)
+    with pytest.raises(WorldError, match=says):
+        read_soundings(tmp_path / "a.xyz", Reading(None, None, "xyz", None))
+
+
+def test_a_header_may_stand_off_from_its_rows(tmp_path):
+    (tmp_path / "a.csv").write_text("made by hand\ndepth,lat,lon\n\n \n12.5,44.1,13.2\n14.5,44.3,13.7\n")
+    found = read_soundings(tmp_path / "a.csv", Reading(None, None, "xyz", None))
+    assert (found.u.tolist(), found.v.tolist(), found.z.tolist()) == ([44.1, 44.3], [13.2, 13.7], [12.5, 14.5])
+    assert (found.name, found.crs) == ("depth", "EPSG:4326")
+
+
+@pytest.mark.parametrize(("limits", "said"), [((80.0, 95.0), "95"), ((-91.0, -80.0), "-91"), ((-97.0, 95.0), "-97")])
+def test_a_range_of_latitudes_ends_at_a_pole(limits, said):
+    config = BathymetryConfig(path="a.nc", latitude_range_deg=limits, longitude_range_deg=(13, 14))
+    with pytest.raises(WorldError, match=f"latitude {said} is not on Earth"):
+        config.build()
+
+
+def test_nodes_on_the_edges_and_corners_of_triangles_have_their_values():
+    """Soundings on a lattice, which is that of the nodes turned over: no node is missed, and a plane stays one."""
+    i, j = (v.ravel() for v in np.meshgrid(np.arange(7.0), np.arange(9.0), indexing="ij"))
+    for turn in (1.0, -1.0):
+        points = np.stack([3 + 2 * turn * i, -5 + 3 * turn * j], axis=1)
+        values = 0.5 * points[:, 0] - 0.25 * points[:, 1] + 7
+        x, y = np.unique(points[:, 0]), np.unique(points[:, 1])
+        found = gridded(points, values, x, y)
+        np.testing.assert_allclose(found, 0.5 * x[:, None] - 0.25 * y + 7, atol=1e-9)
