@@ -127,3 +127,14 @@ def test_tables_of_materials_and_labels() -> None:
     labels = {"numbers": [v.number for v in LABELS.values()], "colours": [v.color for v in LABELS.values()],
               "of users": [label_color(n) for n in range(128, 255, 9)]}  # fmt: skip
     check("contents", "labels", labels, EXACT)
+
+
+def test_lines_across_the_ground() -> None:
+    """A pipeline and a cable, and the scour that the one has dug."""
+    terrain = {"kind": "slope", "relief_m": 2.0, "wavelength_m": 90.0, "heading_deg": 35.0}
+    lines = [{"kind": "pipeline", "size_m": 0.7}, {"kind": "cable", "size_m": 0.3, "min_distance_m": 1.0}]
+    made_up = {"type": "generated", "seed": 5, "size_m": [110, 80], "grid_m": 2.0, "depth_m": 13.0}
+    world = build_world(world_config({**made_up, "terrain": terrain, "objects": lines}))
+    assert world.terrain is not None
+    found = by_label([g for g in world.geometries if g.name != "seabed"]) | {"ground": world.terrain.z}
+    check("contents", "lines", found, DOUBLE)

@@ -136,6 +136,10 @@ def test_a_free_place_touches_nothing_and_lies_in_the_extent() -> None:
     assert (np.abs(some) <= [470, 270]).all()
     assert Places((-5.0, 5.0), (-50.0, 50.0)).find(rng, 5.1) is None
     assert len(wide.taken) == 420
+    for corner in ((-485.0, -285.0), (-485.0, 285.0), (485.0, -285.0), (485.0, 285.0)):
+        heap = np.array([wide.find(rng, 5.0, around=(np.array(corner), 20.0)) for _ in range(4)])
+        assert (np.abs(heap) <= [495, 295]).all()
+        assert (np.abs(heap - corner) < 100).all()
 
 
 def test_ground_is_graded_in_rectangles_and_discs_and_returns_beyond_them() -> None:

@@ -122,3 +122,14 @@ def test_a_capsule_is_as_long_as_its_straight_part_and_two_radii():
     assert capsule.closed
     assert capsule.volume == pytest.approx(np.pi * 0.09 * 1.4 + 4 / 3 * np.pi * 0.027, rel=0.02)
     assert rod(0.3, 1.4, round_ends=False).bounds[:, 2] == pytest.approx([-0.7, 0.7])
+
+
+@pytest.mark.parametrize("text", [
+    '<robot><link name="a"><visual><geometry/></visual><visual/><visual><geometry><box size="1 2 3"/></geometry>'
+    "</visual></link></robot>",
+    "<sdf><model><link><visual><geometry/></visual><visual/><visual><geometry><box><size>1 2 3</size></box></geometry>"
+    "</visual></link></model></sdf>",
+], ids=["urdf", "sdf"])  # fmt: skip
+def test_parts_without_a_shape_are_passed_over(text, tmp_path):
+    (tmp_path / "a.urdf").write_text(text)
+    assert np.ptp(read_description(tmp_path / "a.urdf").bounds, axis=0).tolist() == [1, 2, 3]
