@@ -188,6 +188,8 @@ def test_grids_of_a_curved_ground_meet_without_a_gap(at: tuple[float, float]) ->
     for patch in patches:
         assert np.unique(patch.faces).tolist() == list(range(len(patch.vertices)))
         assert patch.vertices[:, 0].max(initial=-1e9) <= 310.3
+        assert (patch.vertices[:, :2] >= [-300, -280]).all()
+        assert patch.vertices[:, 1].max(initial=-1e9) <= 350
     met = 0
     for fine, coarse in itertools.pairwise(patches):
         step = 2.0**fine.level
@@ -276,3 +278,22 @@ def test_the_largest_things_are_drawn_and_the_rest_counted(monkeypatch: pytest.M
     monkeypatch.setattr(structures, "MOST_FACES", 400_000)
     made, left = structures.parts_of(world)
     assert (left, sum(len(p.faces) for p in made)) == (0, world.triangles)
+
+
+def test_the_ground_is_what_is_as_wide_as_the_height_field_and_nowhere_off_it() -> None:
+    """Neither a plate that lies on it nor a lid as wide, nor a thing without faces, which come before it."""
+    from pelagos.raycast.geometry import Geometry
+    from pelagos.viewer import structures
+    from pelagos.world import shapes
+    from pelagos.world.site import Site
+    from pelagos.world.terrain import HeightField
+
+    site = Site()
+    site.geometries.append(Geometry(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint32), 0, 1, 90))
+    site.add(shapes.plane((30, 22)).moved((1, 2, -9.9)), "steel", label="cube", name="plate")
+    site.add(shapes.plane((80, 60)).moved((0, 0, -3)), "steel", label="cube", name="lid")
+    site.ground(HeightField(-40.0, -30.0, 2.0, np.full((41, 31), -10.0)), "sand")
+    world = site.world(name="t", description="", origin=GeoOrigin(0.0, 0.0))
+    found = structures.ground_of(world)
+    assert found is not None
+    assert found.name == "seabed"

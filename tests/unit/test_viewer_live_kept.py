@@ -153,3 +153,6 @@ def test_of_many_agents_poses_are_kept_with_frames_alone(count: int, kept: list[
         heard(sea, live, float(t))
     live.show()
     assert [t // 10**9 for t, _ in live._poses["a7"]] == kept
+    heard(sea, live, 5.0)
+    live.show()
+    assert [t // 10**9 for t, _ in live._poses["a7"]] == [*kept, 5]

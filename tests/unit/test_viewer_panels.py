@@ -109,3 +109,10 @@ def test_a_scanning_sonars_picture_has_ahead_up_and_port_at_the_left(angle: floa
 
 def test_numbers_are_told_to_six_digits() -> None:
     assert [_rounded(v) for v in (1234.56789, -0.000123456789, np.inf)] == [1234.57, -0.000123457, None]
+
+
+def test_swaths_that_met_nothing_have_no_picture() -> None:
+    panel = Panel(SimpleNamespace(type="multibeam"))  # type: ignore[arg-type]
+    panel.take(Sample("a.m", "multibeam", 1, swath=np.full(9, np.nan, dtype=np.float32)))
+    assert panel.scale is None
+    assert panel.picture() is None
