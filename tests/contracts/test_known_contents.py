@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -10,12 +11,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from known import DOUBLE, check
+from known import DOUBLE, EXACT, check
 from pelagos.raycast.geometry import Geometry
 from pelagos.world.build import build_world, world_config
 from pelagos.world.classic import CLASSICS
 from pelagos.world.generate.generated import TerrainConfig
 from pelagos.world.generate.objects import KINDS
+from pelagos.world.label import LABELS, label_color
+from pelagos.world.material import MATERIALS, Material
 from pelagos.world.mover import _SHAPES, MoverConfig
 from pelagos.world.preview import draw_map, look_down, render, statistics
 
@@ -109,3 +112,29 @@ def test_kinds_may_be_small_and_large(kind: str) -> None:
         for part in thing.parts:
             assert np.isfinite(part.mesh.vertices).all()
             assert len(part.mesh.faces) > 0
+
+
+def test_tables_of_materials_and_labels() -> None:
+    """Every number of every material that a scenario may name, and numbers, names and colours of all labels."""
+    made = list(MATERIALS.values())
+    found: dict[str, Any] = {
+        f.name: [getattr(m, f.name) for m in made]
+        for f in fields(Material)
+        if f.name not in ("name", "texture", "source")
+    }
+    texts = {"names": list(MATERIALS), "textures": [m.texture for m in made], "labels": list(LABELS)}
+    check("contents", "materials", found | {k: "\n".join(v) for k, v in texts.items()}, EXACT)
+    labels = {"numbers": [v.number for v in LABELS.values()], "colours": [v.color for v in LABELS.values()],
+              "of users": [label_color(n) for n in range(128, 255, 9)]}  # fmt: skip
+    check("contents", "labels", labels, EXACT)
+
+
+def test_lines_across_the_ground() -> None:
+    """A pipeline and a cable, and the scour that the one has dug."""
+    terrain = {"kind": "slope", "relief_m": 2.0, "wavelength_m": 90.0, "heading_deg": 35.0}
+    lines = [{"kind": "pipeline", "size_m": 0.7}, {"kind": "cable", "size_m": 0.3, "min_distance_m": 1.0}]
+    made_up = {"type": "generated", "seed": 5, "size_m": [110, 80], "grid_m": 2.0, "depth_m": 13.0}
+    world = build_world(world_config({**made_up, "terrain": terrain, "objects": lines}))
+    assert world.terrain is not None
+    found = by_label([g for g in world.geometries if g.name != "seabed"]) | {"ground": world.terrain.z}
+    check("contents", "lines", found, DOUBLE)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.drawing.sample import Sample, sample_of, waterfall_line
+from pelagos.math.geodesy import GeoOrigin
 from pelagos.math.rotation import product
 from pelagos.viewer.frame import ShownPose, between
 from pelagos.viewer.ground import CELLS, NestedGrids
@@ -170,3 +173,127 @@ def test_colours_of_a_multibeam_mean_the_same_depth_in_all_lines() -> None:
     panel.clear()
     assert panel.scale is None
     assert panel.picture() is None
+
+
+def curved(x: np.ndarray[Any, Any], y: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    return np.where(x > 310.3, np.nan, -20.0 + 5 * np.sin(x / 7) * np.cos(y / 5))
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (133.7, -88.1), (-241.0, 310.0)])
+def test_grids_of_a_curved_ground_meet_without_a_gap(at: tuple[float, float]) -> None:
+    """Along each side of a grid that lies in the world its edge is that of the coarser one around, and no face has a
+    corner where there is no ground."""
+    grids = NestedGrids(curved, np.array([[-300.0, -280.0], [340.0, 350.0]]), 1.0)
+    patches = list(grids.patches(*at))
+    for patch in patches:
+        assert np.unique(patch.faces).tolist() == list(range(len(patch.vertices)))
+        assert patch.vertices[:, 0].max(initial=-1e9) <= 310.3
+        assert (patch.vertices[:, :2] >= [-300, -280]).all()
+        assert patch.vertices[:, 1].max(initial=-1e9) <= 350
+    met = 0
+    for fine, coarse in itertools.pairwise(patches):
+        step = 2.0**fine.level
+        low = step * np.array(fine.corner)
+        for axis in (0, 1):
+            for line in (low[axis], low[axis] + CELLS * step):
+                ends = []
+                for patch in (fine, coarse):
+                    on = patch.vertices[np.abs(patch.vertices[:, axis] - line) < 1e-3].astype(float)
+                    inside = (on[:, 1 - axis] >= low[1 - axis]) & (on[:, 1 - axis] <= low[1 - axis] + CELLS * step)
+                    ends.append(on[inside][np.argsort(on[inside, 1 - axis])][:, [1 - axis, 2]])
+                if min(map(len, ends)) < 3:  # at the rim of the world
+                    continue
+                both = ends[0][(ends[0][:, 0] >= ends[1][0, 0]) & (ends[0][:, 0] <= ends[1][-1, 0])]
+                assert both[:, 1] == pytest.approx(np.interp(both[:, 0], *ends[1].T), abs=2e-5)
+                assert len(both) >= len(ends[1])
+                met += 1
+    assert met > 8
+
+
+def test_a_curtain_hangs_in_the_water_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From south to north: a bed at 20 m, an island of 3 m, and no ground at all, where it ends at the world's foot."""
+    from pelagos.viewer import section
+
+    world: Any = SimpleNamespace(
+        bounds=np.array([[-40.0, -70.0, -31.0], [60.0, 10.0, 4.0]]),
+        height=lambda x, y: np.where(x < -10, -20.0, np.where(x < 10, 3.0, np.nan)),
+    )
+    asked: list[Any] = []
+
+    def sampled(field: Any, points: np.ndarray[Any, Any], t: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        asked.append((field, t))
+        warm = np.where(np.abs(points[:, 0]) < 10, 99.0, 10 + points[:, 2] / 10)  # on land there is no water
+        return warm[:, None] if field == "warm" else np.stack([0.6 * warm, 0 * warm, -0.8 * warm], axis=1)
+
+    monkeypatch.setattr(section, "sampled", sampled)
+    ocean: Any = SimpleNamespace(temperature="warm", tracers=("dye",), tracer=lambda name, *_: name)
+    found = section.curtain(ocean, world, section.Asked("temperature"), np.array([7.0, -13.0, -4.0]), 31.5)
+    assert asked[0][0] == "warm"
+    assert (asked[0][1] == 31.5).all()
+    x = np.linspace(-40, 60, 81)
+    bed = np.where(x < -10, -20.0, np.where(x < 10, 0.0, -31.0))
+    places = found.vertices.reshape(81, 33, 3)
+    assert places[..., 0] == pytest.approx(np.broadcast_to(x[:, None], (81, 33)))
+    assert places[..., 1] == pytest.approx(-13.0)
+    assert places[..., 2] == pytest.approx(bed[:, None] * np.linspace(0, 1, 33), abs=1e-5)
+    columns = np.unique(found.faces // 33)
+    assert columns.tolist() == np.flatnonzero(bed < 0).tolist()
+    pairs = int(((bed < 0)[1:] & (bed < 0)[:-1]).sum())
+    assert len(found.faces) == pairs * 32 * 2
+    assert (found.low, found.high) == pytest.approx((10 - 3.1, 10.0))
+    assert (found.title, found.unit) == ("temperature", "°C")
+    flow = section.curtain(ocean, world, section.Asked("current", "east"), np.array([30.0, -13.0, -4.0]), 0.0)
+    assert (flow.low, flow.high) == pytest.approx((6.9, 10.0))  # the length of the vector
+    assert np.ptp(flow.vertices[:, 0]) == 0
+    assert [flow.vertices[:, 1].min(), flow.vertices[:, 1].max()] == [-70, 10]
+    assert section.curtain(ocean, world, section.Asked("tracer:dye"), np.zeros(3), 0.0).title == "dye"
+    assert section.sections(ocean)["tracer:dye"] == "dye"
+    dry: Any = SimpleNamespace(bounds=world.bounds, height=lambda x, y: 0 * x + 2.0)
+    assert len(section.curtain(ocean, dry, section.Asked("temperature"), np.zeros(3), 0.0).faces) == 0
+
+
+def test_the_largest_things_are_drawn_and_the_rest_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 12 faces each, but for one of 80, where 40 fit; things of one material are one part, in the world's frame."""
+    from pelagos.viewer import structures
+    from pelagos.world import shapes
+    from pelagos.world.site import Site
+
+    site = Site()
+    for k, (size, what) in enumerate(((1.0, "steel"), (5.0, "wood"), (3.0, "steel"), (2.0, "gold"), (4.0, "wood"))):
+        box = shapes.box((0.5, size, 0.3)).moved((3.0 * k, -2.0 * k, -k))
+        site.add(box, what, label="cube", name=str(k))
+    site.add(shapes.sphere(4.0, sides=10, rings=5), "red", label="sphere", name="ball")
+    world = site.world(name="t", description="", origin=GeoOrigin(0.0, 0.0))
+    assert structures.ground_of(world) is None
+    monkeypatch.setattr(structures, "MOST_FACES", 40)
+    made, left = structures.parts_of(world)
+    assert left == 3
+    assert {p.name: len(p.faces) for p in made} == {"wood": 24, "steel": 12}
+    wood = next(p for p in made if p.name == "wood")
+    expected = np.concatenate([g.vertices for g in world.geometries if g.name in ("1", "4")])
+    assert sorted(wood.vertices.tolist()) == sorted(expected.astype(np.float32).tolist())
+    area = lambda v, f: np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1).sum() / 2
+    boxes = sum(2 * (0.5 * s + 0.3 * s + 0.15) for s in (5.0, 4.0))
+    assert area(wood.vertices.astype(float), wood.faces) == pytest.approx(boxes, rel=1e-5)
+    monkeypatch.setattr(structures, "MOST_FACES", 400_000)
+    made, left = structures.parts_of(world)
+    assert (left, sum(len(p.faces) for p in made)) == (0, world.triangles)
+
+
+def test_the_ground_is_what_is_as_wide_as_the_height_field_and_nowhere_off_it() -> None:
+    """Neither a plate that lies on it nor a lid as wide, nor a thing without faces, which come before it."""
+    from pelagos.raycast.geometry import Geometry
+    from pelagos.viewer import structures
+    from pelagos.world import shapes
+    from pelagos.world.site import Site
+    from pelagos.world.terrain import HeightField
+
+    site = Site()
+    site.geometries.append(Geometry(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint32), 0, 1, 90))
+    site.add(shapes.plane((30, 22)).moved((1, 2, -9.9)), "steel", label="cube", name="plate")
+    site.add(shapes.plane((80, 60)).moved((0, 0, -3)), "steel", label="cube", name="lid")
+    site.ground(HeightField(-40.0, -30.0, 2.0, np.full((41, 31), -10.0)), "sand")
+    world = site.world(name="t", description="", origin=GeoOrigin(0.0, 0.0))
+    found = structures.ground_of(world)
+    assert found is not None
+    assert found.name == "seabed"

@@ -6,6 +6,7 @@ import asyncio
 import json
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -144,8 +145,6 @@ def test_port_that_is_taken_and_an_address_of_elsewhere_are_told(server: Any) ->
 
 def test_a_notebook_shows_the_page_under_its_own_name() -> None:
     """Jupyter is at localhost: a page of 127.0.0.1 within it is another site's, and gets no cookie; and the reverse."""
-    from types import SimpleNamespace
-
     from pelagos.viewer.view import View
 
     url = "http://127.0.0.1:8123/?token=abc"
@@ -155,3 +154,43 @@ def test_a_notebook_shows_the_page_under_its_own_name() -> None:
     assert f'location.hostname === "127.0.0.1") document.getElementById("pelagos-view-8123").src = "{url}"' in shown
     away: Any = SimpleNamespace(url="http://10.1.2.3:8123/?token=abc", server=view.server)
     assert 'src="http://10.1.2.3:8123/?token=abc"' in View._repr_html_(away)
+
+
+def test_what_is_served_says_what_it_is_and_is_not_kept(server: Any) -> None:
+    """The page and its parts, and bytes from memory; the policy goes with the page alone, the cookie with the token."""
+    server.offer("map.png", "image/png", b"\x89PNG")
+    cookie = server.guard.cookie(server.port)
+    assert cookie == f"{cookie_name(server.port)}={server.guard.token}; HttpOnly; SameSite=Strict; Path=/"
+
+    def ask(path: str, **headers: str) -> Any:
+        host = {"Host": f"127.0.0.1:{server.port}", "Cookie": cookie.split(";")[0], **headers}
+        return server._answer(None, SimpleNamespace(path=path, headers=host, method="GET"))
+
+    for path, kind in (("/", "text/html; charset=utf-8"), ("/app.js", "text/javascript; charset=utf-8"),
+                       ("/style.css", "text/css; charset=utf-8"), ("/data/map.png", "image/png")):  # fmt: skip
+        answer = ask(path)
+        assert (answer.status_code, answer.headers["Content-Type"]) == (200, kind)
+        assert answer.headers["Cache-Control"] == "no-store"
+        assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        assert int(answer.headers["Content-Length"]) == len(answer.body)
+        assert ("Content-Security-Policy" in answer.headers) == (kind != "image/png")
+    assert ask("/data/map.png").body == b"\x89PNG"
+    websocket = {"Upgrade": "WebSocket", "Origin": f"http://127.0.0.1:{server.port}"}
+    assert ask("/live", **websocket) is None
+    for path in ("/", "/data/map.png", "/live/x"):
+        assert ask(path, **websocket).status_code == 404
+    assert ask("/live").status_code == 404
+    entered = ask(f"/style.css?token={server.guard.token}", Cookie="")
+    assert (entered.status_code, entered.headers["Location"]) == (303, "/style.css")
+    assert entered.headers["Set-Cookie"] == cookie
+
+
+@pytest.mark.parametrize(("host", "name"), [
+    ("127.0.0.1", "127.0.0.1"), ("localhost", "127.0.0.1"), ("::1", "[::1]"), ("192.0.2.7", "192.0.2.7"),
+    ("2001:db8::7", "[2001:db8::7]"),
+])  # fmt: skip
+def test_the_address_of_the_page_is_one_that_is_listened_at(host: str, name: str) -> None:
+    server: Any = object.__new__(Server)
+    server.guard, server.port = Guard(host, token="abc"), 8123
+    assert server.url == f"http://{name}:8123/?token=abc"
+    assert server.guard.judge("/?token=abc", {"Host": f"{name}:8123"}, port=8123).answer == "enter"

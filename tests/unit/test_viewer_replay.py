@@ -209,3 +209,21 @@ def test_truth_in_a_recording_is_that_at_the_sensor():
     slant = (12.0 + z) / (np.cos(pitch) * np.cos(roll))
     assert truth_at(config("altimeter"), pose, world)["range [m]"] == pytest.approx(slant, abs=1e-4)
     assert truth_at(config("imu"), pose, world) == {}
+
+
+@pytest.mark.parametrize(("keys", "says"), [
+    ({"rate_hz": 0}, "--rate is 1 to 120"), ({"rate_hz": 121}, "--rate is 1 to 120"), ({"speed": 0.009}, "0.01 to"),
+    ({"speed": 1001.0}, "0.01 to 1000"), ({"rate_hz": 1, "speed": 0.01}, ""), ({"rate_hz": 120, "speed": 1000.0}, ""),
+])  # fmt: skip
+def test_films_that_cannot_be_are_refused_before_the_recording_is_opened(keys, says, tmp_path, monkeypatch):
+    class Opened(Exception):
+        pass
+
+    def opened(*_):
+        raise Opened
+
+    monkeypatch.setattr("pelagos.viewer.film._Artist", opened)
+    with pytest.raises(InputError if says else Opened, match=says or None):
+        make_film(tmp_path / "no.mcap", tmp_path / "a.MP4", FilmOptions(**keys))
+    with pytest.raises(InputError, match="a file in a folder that exists"):
+        make_film(tmp_path / "no.mcap", tmp_path / "nowhere" / "a.mp4", FilmOptions(**keys))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import struct
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,7 +12,7 @@ import trimesh
 from pelagos.errors import WorldError
 from pelagos.world import shapes
 from pelagos.world.build import build_world, world_config
-from pelagos.world.doubt import crossing_faces, doubts
+from pelagos.world.doubt import crossing_faces, doubts, missing_files
 from pelagos.world.mesh import join
 
 SWING = {"kind": "swing", "at_m": [0, 0, -5], "amplitude_deg": 5, "period_s": 4}
@@ -91,3 +94,33 @@ def test_a_coordinate_system_that_cannot_be(tmp_path, scale, crs, says):
     )
     with pytest.raises(WorldError, match=says):
         build_world(world_config(config))
+
+
+def gltf(images):
+    return {"asset": {"version": "2.0"}, "images": images}
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_textures_of_gltf_that_are_missing_are_named_and_those_inside_are_not(packed, tmp_path):
+    images = [{"uri": "hull.png"}, {"uri": "data:image/png;base64,AAAA"}, {"bufferView": 0}, {"uri": "deck.png"},
+              {"uri": "hull.png"}]  # fmt: skip
+    raw = json.dumps(gltf(images)).encode()
+    path = tmp_path / ("a.glb" if packed else "a.gltf")
+    if packed:
+        raw += b" " * (-len(raw) % 4)
+        data = struct.pack("<II", len(raw), 0x4E4F534A) + raw + struct.pack("<II", 4, 0x004E4942) + b"\0\0\0\0"
+        raw = struct.pack("<III", 0x46546C67, 2, 12 + len(data)) + data
+    path.write_bytes(raw)
+    assert [n.split()[2] for n in missing_files(path)] == ["hull.png,", "deck.png,"]
+    (tmp_path / "deck.png").touch()
+    assert [n.split()[2] for n in missing_files(path)] == ["hull.png,"]
+    (tmp_path / "a.stl").write_bytes(raw)
+    assert missing_files(tmp_path / "a.stl") == []
+
+
+@pytest.mark.parametrize(("size", "said"), [
+    (499.0, ""), (501.0, "501 m across: are its coordinates millimetres"), (0.0051, ""), (0.0049, "4.90 mm across"),
+])  # fmt: skip
+def test_sizes_that_are_not_of_things_at_sea_are_doubted(size, said):
+    found = doubts(shapes.box((size / 3, size, size / 2)), "it")
+    assert [said in n for n in found] == ([True] if said else [])

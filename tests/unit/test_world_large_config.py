@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import netCDF4
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.build import build_world, world_config
 from pelagos.world.large.large import LargeConfig, _inset_source
-from pelagos.world.large.stream import Stream
+from pelagos.world.large.stream import DETAILS, Stream, details, reached
 from pelagos.world.large.survey import survey_source
 
 SMALL = {"type": "large", "size_m": [4000, 3000], "resolution_m": 10.0}
@@ -135,3 +137,28 @@ def test_a_streamed_world_stands_at_full_resolution_about_its_last_inset_first()
     insets = [{"centre_m": p, "size_m": [100, 100], "resolution_m": 1.25, "relief_m": 2.0} for p in places]
     view = Stream(_built(insets=insets).ground).view
     assert np.abs(view.places - places[1]).max() < 200  # rounded to half of the reach of full resolution
+
+
+@pytest.mark.parametrize(("reach", "first"), [
+    (np.inf, 8.0), (1537.0, 8.0), (1535.0, 8.0), (1151.0, 6.0), (400.0, 2.5), (385.0, 2.5), (383.0, 2.0), (10.0, 1.0),
+])  # fmt: skip
+def test_no_more_detail_is_tried_than_reaches_as_far_as_asked(reach, first):
+    """Six tenths of 2 x 16 cells of 10 m, times the detail: 192 m for 1; all the coarser ones are tried after it."""
+    ground = SimpleNamespace(spacing=10.0, reach=reach)
+    found = details(ground)
+    assert found[0] == first
+    assert found == DETAILS[DETAILS.index(first) :]
+    assert reached(ground, 2.5) == pytest.approx(480.0)
+
+
+def test_the_radius_of_full_resolution_is_an_insets_own_about_it():
+    """2 x 16 cells times the detail: 640 m beside insets, and 80 m where one of an eighth of the spacing is near."""
+    stream = object.__new__(Stream)
+    inset = SimpleNamespace(low=(100.0, -50.0), high=(180.0, 30.0), level=-3)
+    wide = SimpleNamespace(low=(400.0, -900.0), high=(500.0, 900.0), level=-1)
+    ground = SimpleNamespace(insets=[wide, inset], spacing=10.0, spacing_at=lambda level: 10.0 * 2.0**level)
+    stream.ground = ground
+    places = np.array([[140.0, 0.0], [21.0, -129.0], [19.0, 0.0], [140.0, 111.0], [450.0, 0.0], [179.0, 29.0],
+                       [-900.0, 0.0], [819.0, 1219.0]])  # fmt: skip
+    found = stream._radius(places, 2.0)
+    assert found.tolist() == [80, 80, 640, 320, 320, 80, 640, 320]

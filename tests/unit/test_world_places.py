@@ -94,3 +94,13 @@ def test_a_saved_world_has_each_copy_of_a_model_where_and_as_it_was(tmp_path):
     for one, other in zip(world.geometries, load(save(world, tmp_path / "w.npz")).geometries, strict=True):
         assert (one.name, one.instance, one.label) == (other.name, other.instance, other.label)
         np.testing.assert_allclose(other.vertices, one.vertices, atol=1e-5)
+
+
+@pytest.mark.parametrize(("number", "free"), [(127, False), (128, True), (254, True), (255, False), (-1, False)])
+def test_labels_of_a_scenario_have_numbers_that_nothing_else_has(number, free):
+    keys = {"type": "flat", "labels": {"reef": 200, "cage": number}}
+    if free:
+        assert build_world(world_config(keys)).label_number("cage") == number
+    else:
+        with pytest.raises(ValidationError, match=rf"numbers 128 \.\. 254, not cage: {number}"):
+            world_config(keys)

@@ -22,7 +22,7 @@ from pelagos.world.label import HOLOOCEAN_LABELS, LABELS, label_color, label_nam
 from pelagos.world.material import MATERIALS, TEXTURES, material, material_tables
 from pelagos.world.sediment import SEDIMENTS
 from pelagos.world.site import Site
-from pelagos.world.world import World
+from pelagos.world.world import Hits, World, _halves
 
 
 @pytest.fixture(scope="module")
@@ -296,3 +296,47 @@ def test_axes_of_a_survey_rise_or_fall_all_the_way(which, wrong):
     axes[which] = np.array(wrong)
     with pytest.raises(WorldError, match=f"the axis '{('north', 'east')[which]}' has fewer than 2 values, or they nei"):
         check_axes(Path("z.nc"), *axes, ("north", "east"), latlon=False)
+
+
+def test_rays_in_two_halves_come_back_in_their_own_order():
+    """Each half lies on its side along the longer extent; every number of every ray is its own."""
+    rng = np.random.default_rng(3)
+    start = rng.uniform(-1, 1, (11, 3)) * [20, 90, 200]
+    along, reach = rng.normal(size=(11, 3)).astype(np.float32), rng.uniform(1, 9, 11).astype(np.float32)
+    copy, own = rng.permutation(11).astype(np.uint32), rng.permutation(11).astype(np.uint32)
+    asked = []
+
+    def call(start, along, reach, copy, own):
+        asked.append(start[:, 1])
+        return Hits(reach, start * 2, along, copy, own, copy + 2 * own, along * reach[:, None])
+
+    found, whole = (f(start, along, reach, copy, own) for f in (lambda *a: _halves(call, *a), call))
+    assert [len(a) for a in asked] == [5, 6, 11]
+    assert asked[0].max() < asked[1].min()
+    for name in Hits.__dataclass_fields__:
+        np.testing.assert_array_equal(getattr(found, name), getattr(whole, name), err_msg=name)
+
+
+def test_movers_that_stand_still_are_made_of_their_own_materials():
+    """One of the world's own, the first that is not, and others, one of them twice: each comes into the table once."""
+    plain = build_world(world_config({"type": "flat", "depth_m": 30.0, "size_m": [90, 90], "material": "mud"}))
+    assert plain.at_time(3.0) is plain
+    other = plain.palette[len(plain.materials)].name
+    movers = [
+        {"name": f"m{k}", "body": "box", "size_m": 2.0, "material": what, "label": 140 + k,
+         "path": {"kind": "waypoints", "points_m": [[8 * k, -5, -9], [8 * k, 25, -9]], "speed_mps": 1.5}}
+        for k, what in enumerate(("gold", "mud", other, "wood", "gold"))
+    ]  # fmt: skip
+    world = build_world(world_config({"type": "flat", "depth_m": 30.0, "size_m": [90, 90], "material": "mud",
+                                      "movers": movers, "labels": {"raft": 142}}))  # fmt: skip
+    assert {n: world.labels[n] for n in (140, 142)} == {140: "user_140", 142: "raft"}
+    still = world.at_time(4.0)
+    assert sorted(m.name for m in still.materials) == sorted({"mud", "gold", other, "wood"})
+    assert still.materials[: len(world.materials)] == world.materials
+    boxes = still.geometries[len(world.geometries) :]
+    for k, (box, what) in enumerate(zip(boxes, ("gold", "mud", other, "wood", "gold"), strict=True)):
+        assert {still.materials[m].name for m in box.face_materials} == {what}
+        assert box.extent.mean(axis=0) == pytest.approx([8.0 * k, 1.0, -9.0])
+        assert (box.label, box.instance, box.name) == (140 + k, world.next_instance + k, f"m{k}")
+    assert [m.name for m in still.paused] == ["m0", "m1", "m2", "m3", "m4"]
+    assert len(still.still) == len(world.geometries)

@@ -83,9 +83,10 @@ def curtain(ocean: Any, world: World, asked: Asked, place: NDArray[np.float64], 
     value = np.linalg.norm(values, axis=1) if values.shape[1] > 1 else values[:, 0]
     wet = np.isfinite(value) & np.repeat(bed < 0, _DOWN)
     least, most = (float(value[wet].min()), float(value[wet].max())) if wet.any() else (math.nan, math.nan)
+    span = (least, most) if wet.any() else (0.0, 1.0)  # over land alone nothing is drawn
     return Curtain(
         points.reshape(-1, 3).astype(np.float32), _faces(wet.reshape(_ACROSS, _DOWN)),
-        painted(value, least, most, colours), title, unit, least, most,
+        painted(value, *span, colours), title, unit, least, most,
         shades(colours),
     )  # fmt: skip
 

@@ -19,7 +19,7 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from pelagos.errors import InputError
-from pelagos.viewer.guard import EVERYWHERE, LOOPBACK, Guard
+from pelagos.viewer.guard import EVERYWHERE, Guard
 from pelagos.viewer.hub import Hub
 
 LIVE: Final = "/live"
@@ -75,7 +75,7 @@ class Server:
     @property
     def url(self) -> str:
         """Address of the page, with the token."""
-        name = "127.0.0.1" if self.guard.host in LOOPBACK else self.guard.host
+        name = "127.0.0.1" if self.guard.host == "localhost" else self.guard.host
         if name in EVERYWHERE:
             name = _own_address(name)
         return f"http://{_bracketed(name)}:{self.port}/?token={self.guard.token}"
