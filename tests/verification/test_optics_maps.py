@@ -18,10 +18,10 @@ Values = NDArray[np.float64]
 PLACES = np.array([[31.3, -12.9], [-207.6, 88.2], [5.1, 3.4]])
 TIMES = np.array([3.0, 7.5, -2.0])
 COPIES = np.array([2, 0, 1])
-LANES = np.array([1, 0, 2, 1, 1, 2, 0, 0, 2])
+LANES = np.array([1, 0, 2, 1, 1, 2, 0, 0, 2, 1])
 SHIFTS = np.array([  # of the places that are asked for, from the camera of their lane [m]
     [3.2, -7.9], [-14.1, 21.7], [0.4, 23.1], [-60.3, 44.0], [91.0, -20.0], [95.4, 95.1], [-333.0, 150.0],
-    [-370.0, 12.0], [55.0, -379.0],
+    [-370.0, 12.0], [55.0, -379.0], [460.0, 20.0],
 ])  # fmt: skip
 
 
