@@ -73,6 +73,10 @@ def test_air_scatters_nothing() -> None:
         assert np.array(found.solid).all() == solid
         assert np.array(found.surface).all() != solid
         assert np.array(found.way) == pytest.approx(min(hit, 5.0))
+    hits = SimpleNamespace(valid=dr.full(jit.Bool, False, 50), t=dr.full(jit.Float, math.inf, 50))
+    upwards = path_of(3.0, (0.0, 0.8, 0.6), 50)
+    found = path_tracing._flight(scenery(), upwards, hits, [jit.Float(U[:50]), jit.Float(V[:50])])
+    assert not (np.array(found.surface) | np.array(found.solid) | np.array(found.scatters)).any()  # it sees the sky
 
 
 @pytest.mark.parametrize("tide", [None, 0.7])
