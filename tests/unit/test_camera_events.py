@@ -19,7 +19,7 @@ from pelagos.sensors.camera.picture.pixel_order import Tiling, image_rows, pixel
 NAMES = ("data", "truth", "change", "phase")
 
 
-@pytest.mark.parametrize(("refractory", "most"), [(0.0, 32767), (0.013, 3), (0.004, 12)])
+@pytest.mark.parametrize(("refractory", "most"), [(0.0, 32767), (1e-7, 32767), (0.013, 3), (0.004, 12)])
 def test_a_pixel_sends_one_event_a_threshold_unless_it_rests(refractory: float, most: int) -> None:
     """At 20 Hz a rest of 13 ms lets 3 whole events through, and of 4 ms 12."""
     config = EventCameraConfig(rate_hz=20.0, refractory_s=refractory)

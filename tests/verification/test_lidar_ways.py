@@ -66,23 +66,26 @@ def test_a_green_pulse_pays_for_air_and_water(water_points: bool) -> None:
 
 
 def test_a_field_of_less_than_a_turn_is_swept_again_and_again() -> None:
-    """90 degrees from 45 to the left, 4 times a second: 40 samples a second have a tenth of the field each."""
+    """90 degrees from 45 to the left, 7 times a second: 40 samples a second have 15.75 degrees each, and those at the
+    end of the field go on at its beginning."""
     config = SemanticLidarConfig(
-        channels=1, rate_hz=40.0, rotation_hz=4.0, points_per_second=3600, horizontal_fov_deg=90.0, upper_fov_deg=0,
+        channels=1, rate_hz=40.0, rotation_hz=7.0, points_per_second=3600, horizontal_fov_deg=90.0, upper_fov_deg=0,
         lower_fov_deg=0,
     )  # fmt: skip
-    assert (config.steps, config.swept_deg) == (90, pytest.approx(9.0))
+    assert (config.steps, config.swept_deg) == (90, pytest.approx(15.75))
     azimuth, elevation, age = scan_pattern(config)
-    assert np.degrees(azimuth[0]) == pytest.approx(0.1 * np.arange(90))
+    assert np.degrees(azimuth[0]) == pytest.approx(0.175 * np.arange(90))
     assert not elevation.any()
     assert age[0] == pytest.approx((1 - np.arange(90) / 90) * 0.025)
     lidar = SemanticLidar(config, context([box(12.0)]))
-    for k in (0, 1, 4, 9, 10, 13):
+    for k in (0, 1, 4, 6, 12, 13):
         got = lidar.sense(at(50.0, t_s=0.025 * k))
-        begin = 45.0 - (9.0 * (k - 1)) % 90
         angle = np.degrees(np.arctan2(got.data[0, 0, :, 1], got.data[0, 0, :, 0]))
-        assert angle == pytest.approx(begin - 0.1 * np.arange(90), abs=2e-3)
-        assert np.degrees(got.extras["horizontal_angle_rad"][0]) % 90 == pytest.approx((9.0 * k) % 90, abs=1e-6)
+        turned = 15.75 * (k - 1) + 0.175 * np.arange(90)  # from the left edge, clockwise, field after field
+        off = (45.0 - angle - turned + 45.0) % 90 - 45.0
+        assert np.abs(off).max() < 2e-3
+        assert np.abs(angle).max() < 45.0 + 1e-3
+        assert np.degrees(got.extras["horizontal_angle_rad"][0]) == pytest.approx((15.75 * k) % 90, abs=1e-6)
     fast = SemanticLidarConfig(channels=1, rate_hz=5.0, rotation_hz=20.0, points_per_second=360)
     assert fast.swept_deg == 360.0
 
