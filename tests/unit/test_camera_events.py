@@ -43,6 +43,8 @@ def test_pixels_tell_light_now_from_light_before_by_thresholds_of_their_own(monk
         background_hz=2.0, threshold_mismatch=0.15, threshold=0.2, rate_hz=10.0, refractory_s=0.0,
         darkest_cd_m2=3.0, width_px=width, height_px=height,
     )  # fmt: skip
+    bare = SimpleNamespace(arguments=lambda *_: (), ripple=lambda _: None)  # light comes from below
+    monkeypatch.setattr(event_camera, "Surroundings", lambda _: bare)
     camera = EventCamera(config, context(plates()))
     asked: list[float] = []
     monkeypatch.setattr(
