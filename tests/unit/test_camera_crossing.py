@@ -15,7 +15,7 @@ from pelagos.sensors.camera.picture.pixel_order import Tiling, pixels
 from pelagos.sensors.camera.picture.sea_crossing import level_over, sea_crossing, uneven_sea
 
 LANES = np.array([0, 1, 2, 0, 1, 2, 1, 0, 2, 2])
-PLACES = np.array([[10.0, -4.0, -2.0], [-30.0, 7.0, 3.0], [2.0, 55.0, -1.0]])
+PLACES = np.array([[10.0, -4.0, -2.0], [-30.0, 7.0, 0.4], [2.0, 55.0, -1.0]])
 TIMES, COPIES = np.array([1.0, 4.0, 2.5]), np.array([1, 0, 2])
 AWAY = np.array([  # up and down, steep and flat
     [0.6, 0.0, 0.8], [0.0, 0.8, -0.6], [0.36, 0.48, 0.8], [0.8, 0.0, -0.6], [0.6, 0.0, 0.8], [0.48, 0.64, 0.6],
