@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pelagos import jit
+from pelagos.optics.lamp import Beam, _unshaded, seen_from
 from pelagos.optics.water import MEAN_COSINE, water_optics
 from pelagos.sensors.camera.picture import glow
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -82,3 +84,36 @@ def test_the_cone_is_dark_behind_a_plate(monkeypatch: pytest.MonkeyPatch) -> Non
     assert expected.max() > 0.99
     assert np.abs(found - expected).max() < 0.5 / 5, np.round([found, expected], 3)
     assert np.abs(found - expected).mean() < 0.04, np.round([found, expected], 3)
+
+
+def test_parts_of_a_ray_are_of_equal_angle_seen_from_the_lamp() -> None:
+    """From the camera at share 0 to the reach at share 1; the angle between goes as the share does."""
+    rng = np.random.default_rng(2)
+    lamp, away = rng.uniform(-2, 2, (3, 50)), rng.normal(size=(3, 50))
+    away /= np.linalg.norm(away, axis=0)
+    reach, share = rng.uniform(0.5, 9.0, 50), rng.uniform(0, 1, 50)
+    beam = Beam(jit.Array3f(lamp.astype(np.float32)), *(jit.Float(0),) * 4)
+    s, place, distance = (
+        np.array(v) for v in seen_from(beam, jit.Array3f(away.astype(np.float32)), jit.Float(reach), jit.Float(share))
+    )
+    assert place == pytest.approx(s * away, abs=1e-4)
+    assert distance == pytest.approx(np.linalg.norm(place - lamp, axis=0), rel=1e-4)
+
+    def angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+        cosine = (a * b).sum(axis=0) / np.linalg.norm(a, axis=0) / np.linalg.norm(b, axis=0)
+        return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
+
+    whole = angle(-lamp, reach * away - lamp)
+    assert angle(-lamp, place - lamp) == pytest.approx(share * whole, abs=2e-3)
+    assert (s > -1e-3).all()
+    assert (s < reach + 1e-3).all()
+
+
+def test_shade_passes_over_from_part_to_part() -> None:
+    """Between the middles of four parts, and beyond the outer ones theirs."""
+    values = [0.9, 0.2, 0.6, 0.4]
+    beam = Beam(*(jit.Float(0),) * 5, shade=jit.Array4f(*values))
+    for share in (0.0, 0.1, 0.125, 0.3, 0.5, 0.71, 0.875, 0.99):
+        expected = np.interp(4 * share - 0.5, np.arange(4), values)
+        assert np.array(_unshaded(beam, share))[0] == pytest.approx(expected, rel=1e-5)
+    assert _unshaded(Beam(*(jit.Float(0),) * 5), 0.3) == 1.0

@@ -10,6 +10,7 @@ import drjit as dr
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
+from scipy.spatial.transform import Rotation
 
 from oceans import lit_ocean
 from pelagos import jit
@@ -82,6 +83,40 @@ def test_the_beam_in_water_is_the_integral_of_single_scattering():
     kept = np.exp(-np.outer(np.array(laser_loss(arrays)).ravel(), s))
     expected = trapezoid(np.array(lux) * beta * kept, s, axis=1)
     assert got == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_sheet_in_water_is_the_integral_of_single_scattering(side: float):
+    """A line laser below or above the camera, turned to every side: the sum over a ray that crosses its sheet, as of a
+    beam; beyond the fan and behind the laser there is none."""
+    water: WaterOptics = water_optics("1C")
+    turn = Rotation.from_euler("ZYX", [25.0, side * -20.0, 35.0], degrees=True)
+    axis, across = turn.apply([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    at = np.array([0.3, 0.2, -0.6 * side])
+    light = LaserBeam(
+        *(jit.Array3f(v.tolist()) for v in (at, axis, across)), jit.Array3f(3.0), jit.Float(1e-3), jit.Float(5e-3),
+        jit.Float(math.radians(50)),
+    )  # fmt: skip
+    arrays = water.arrays()
+    for angle in (-15.0, 0.0, 20.0, 28.0, 180.0):
+        meets = at + 2.0 * (
+            math.cos(math.radians(angle)) * axis + math.sin(math.radians(angle)) * turn.apply([0, 1, 0])
+        )
+        d = (meets / np.linalg.norm(meets)).tolist()
+        seen, place = laser_glow(light, arrays, jit.Array3f(d), jit.Float(8.0), 0.0)
+        got = np.array(seen).ravel()
+        assert np.array(place).ravel() == pytest.approx(meets, abs=1e-4)
+        if abs(angle) > 25:
+            assert not got.any()
+            continue
+        s = np.linspace(0, 8, 200_001)
+        point = jit.Array3f(*(jit.Float(s * c) for c in d))
+        lux, to_laser, _ = laser_at(light, laser_loss(arrays), point, jit.Float(0.0))
+        turned = np.array(dr.dot(to_laser, jit.Array3f(d)))
+        beta = np.outer(water.water_scattering, np.full(len(s), 1 / (4 * math.pi)))
+        beta += np.outer(water.particle_scattering, np.array(henyey_greenstein(jit.Float(turned), MEAN_COSINE)))
+        kept = np.exp(-np.outer(np.array(laser_loss(arrays)).ravel(), s))
+        assert got == pytest.approx(trapezoid(np.array(lux) * beta * kept, s, axis=1), rel=0.03)
 
 
 def quad(corners: list[list[float]]) -> Geometry:

@@ -15,7 +15,7 @@ from pelagos.optics.exposure import encode_srgb, metered, saturation_luminance, 
 from pelagos.optics.interface import sun_below_surface
 from pelagos.optics.lens import brown_conrady, intrinsics, pinhole_directions, project, undistort
 from pelagos.optics.sunlight import daylight
-from pelagos.optics.texture import value_noise
+from pelagos.optics.texture import _seams, _turned_noise, value_noise
 
 
 def numbers(array: Any) -> Any:
@@ -75,17 +75,35 @@ def test_caustics_lie_along_the_refracted_sun():
 def test_noise_has_mean_zero_and_its_own_gradient():
     rng = np.random.default_rng(0)
     p = rng.uniform(-50, 50, (3, 20_000))
-    value, gradient = value_noise(jit.Array3f(p))
+    value, _ = value_noise(jit.Array3f(p))
     assert abs(numbers(value).mean()) < 0.02
     assert np.abs(numbers(value)).max() <= 1
-    h = 1e-2
-    step = np.array([[h], [0], [0]])
-    up, _ = value_noise(jit.Array3f(p + step))
-    down, _ = value_noise(jit.Array3f(p - step))
-    slope = (numbers(up) - numbers(down)) / (2 * h)
-    assert (
-        np.median(np.abs(slope - numbers(gradient)[0])) < 2e-3
-    )  # second order: h^2 / 6 times a third derivative of ~60
+    h = 1e-2  # second order: h^2 / 6 times a third derivative of ~60
+    for noise in (value_noise, _turned_noise):
+        _, gradient = noise(jit.Array3f(p))
+        for axis in range(3):
+            step = h * np.eye(3)[:, axis : axis + 1]
+            up, down = (noise(jit.Array3f(at))[0] for at in (p + step, p - step))
+            slope = (numbers(up) - numbers(down)) / (2 * h)
+            assert np.median(np.abs(slope - numbers(gradient)[axis])) < 2e-3
+
+
+def test_seams_are_dark_lines_on_the_faces_that_their_planes_cut():
+    """A mesh of 2.5 m has lines 19 mm to either side, fading over half of that; not on faces along the plane."""
+    place = np.array([
+        [2.5, 0.7, 1.1], [2.491, 0.7, 1.1], [2.519, 0.7, 1.1], [2.53, 0.7, 1.1], [1.2, -5.0, 0.6], [1.2, 0.7, 0.01],
+        [2.5, 0.7, 1.1], [1.2, 0.7, 0.01],
+    ])  # fmt: skip
+    up, north = [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]
+    normal = np.array([up] * 6 + [north, north])
+    half = 0.004 + 0.006 * 2.5
+    expected = [min(max(1.5 - d / half, 0.0), 1.0) for d in (0.0, 0.009, 0.019, 0.03, 0.0, 1.0, 1.0, 0.01)]
+    args = (jit.Array3f(place.T.astype(np.float32)), jit.Float(2.5), jit.Array3f(normal.T.astype(np.float32)))
+    assert numbers(_seams(*args, jit.Float(0.0))) == pytest.approx(expected, abs=2e-3)
+    wide = half + 0.5 * 0.2  # a pixel of 20 cm: lines as wide, and as much fainter
+    fainter = 2 * half / wide
+    blurred = [min(max(1.5 - d / wide, 0), 1) * fainter for d in (0, 0.009, 0.019, 0.03, 0, 1, 1, 0.01)]
+    assert numbers(_seams(*args, jit.Float(0.2))) == pytest.approx(blurred, abs=2e-3)
 
 
 def test_pixels_look_where_points_project():
