@@ -159,6 +159,7 @@ def test_rows_of_a_table_come_in_groups_and_each_once(tmp_path: Path, monkeypatc
     assert [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)] == [2, 2, 1]
     assert file.schema_arrow.metadata[b"pelagos.seed"] == b"9"
     found = file.read()
+    assert str(found.schema.field("hit").type.value_type) == "uint8"
     assert found["index"].to_pylist() == [7, 8, 9, 10, 11]
     for row, sample in zip(found.to_pylist(), samples, strict=True):
         assert (row["key"], row["world"], row["split"]) == (f"{sample.index:09d}", 2, "val")

@@ -166,6 +166,10 @@ def test_the_filter_begins_at_the_unit_with_errors_of_its_own(aboard: Estimator)
     np.testing.assert_allclose(
         (place + turn.apply(lever) - one.position)[:-1], errors[1:, :3], atol=1e-9
     )  # a copy's draw goes by its index in the world
+    other = aboard._start(state, std, model, "b")  # nothing in common: a difference has 1 / sqrt(2) of each
+    assert (
+        np.abs(np.corrcoef((other.position - lanes.position).T, errors[:, :3].T)[:3, 3:].diagonal() - 0.7).max() < 0.1
+    )
 
 
 def test_a_bottom_velocity_is_as_sure_as_its_beams(aboard: Estimator, fused: list[Any]) -> None:
@@ -214,7 +218,7 @@ def test_the_vehicles_own_iron_is_taken_off(aboard: Estimator, fused: list[Any])
 
 @pytest.mark.parametrize(("name", "ways"), [("asks", 2.0), ("listens", 1.0)])
 def test_ranges_to_fixed_transponders(aboard: Estimator, fused: list[Any], name: str, ways: float) -> None:
-    """An error of time is one of range, half of it where sound goes both ways; transponders on vehicles do not count."""
+    """An error of time is one of range, half of it where sound goes both ways; those on vehicles do not count."""
     data = np.array([[61.0, 5.0, np.nan], [47.0, np.nan, 39.0]])[:, : 3 if name == "asks" else 1]
     aboard._fuse(heard(name, data), 1)
     noise = (4e-4 * 1500 / ways) ** 2 + 0.35**2
@@ -268,18 +272,18 @@ def test_of_several_agents_only_those_that_heard_an_answer_fuse_it(
         lanes.position = lanes.position + 1.0
 
     monkeypatch.setattr(Lanes, "update", update)
-    aboard._members = 2
-    before, which = aboard.lanes.position.copy(), np.where(np.arange(2) == who, 1.0, -1.0)
-    data, age = np.array([[30.0, -12.0, 5.0], [-8.0, 25.0, -14.0]]), np.array([0.3, 0.7])
-    own = aboard.lanes.take(slice(who, who + 1))
+    aboard.lanes = Lanes.joined([aboard.lanes, aboard.lanes.take(np.array([1, 0]))])
+    aboard._members, aboard._n = 2, 4
+    own, before = aboard.lanes.take(slice(2 * who, 2 * who + 2)), aboard.lanes.position.copy()
+    which = np.where(np.arange(4) == 2 * who + 1, 1.0, -1.0)  # in the second copy
+    data, age = np.random.default_rng(7).normal(0, 20, (4, 3)), np.array([0.3, 0.7, 0.2, 0.5])
     aboard._fuse(heard("usbl", data, extra=np.stack([which, age], axis=1)), 1)
-    np.testing.assert_array_equal(aboard.lanes.position, before + (np.arange(2) == who)[:, None])
-    expected = measurement.beacon_place(
-        own, data[[who]], LEVER, TURN, np.array([KEYS.beacons["buoy.usbl"]]), age[[who]]
-    )
+    np.testing.assert_array_equal(aboard.lanes.position, before + (np.arange(4) // 2 == who)[:, None])
+    places, mine = np.array([KEYS.beacons["buoy.usbl"]] * 2), slice(2 * who, 2 * who + 2)
+    expected = measurement.beacon_place(own, data[mine], LEVER, TURN, places, age[mine])
     for found, wanted in zip(seen[0][:2], expected, strict=True):
-        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
-    assert seen[0][2] == [True]
+        np.testing.assert_allclose(found[1], wanted[1], rtol=1e-9, atol=1e-12)
+    assert seen[0][2] == [False, True]
 
 
 def test_answers_of_known_beacons(aboard: Estimator) -> None:
@@ -314,8 +318,9 @@ def test_samples_are_integrated_up_to_a_reading_and_turned_into_the_body(
         part = raw[first : first + 6]
         aboard._heard.append({"name": "imu", "ticks": list(range(2 * first, 2 * first + 12, 2)),
                               "data": part.reshape(12, 6), "valid": np.ones(12, bool), "extra": None})  # fmt: skip
-    aboard._heard.append(heard("depth", [[4.0], [5.0]]) | {"ticks": [3, 9]})
-    aboard.advance(15)
+    aboard._heard.append(heard("gps", [[5.0, -7.0, 2.0], [-3.0, 11.0, 1.0]]) | {"ticks": [11, 12]})
+    aboard._heard.append(heard("depth", [[4.0], [5.0]]) | {"ticks": [3, 8]})
+    aboard.advance(14)
     body = Rotation.from_euler("ZYX", [30, -20, 10], degrees=True)
     turned = np.stack([body.apply(part.reshape(-1, 3)).reshape(12, 2, 3) for part in np.split(raw, 2, axis=2)])
     taken, at = [], 0
@@ -330,7 +335,7 @@ def test_samples_are_integrated_up_to_a_reading_and_turned_into_the_body(
         assert h <= 0.05
         at = mine.stop
     assert at == 8  # samples of ticks 0 to 14
-    assert taken == [5]  # of a gauge the newest alone, after the samples of ticks 0 to 8
+    assert taken == [5, 6, 7]  # of a gauge the newest alone, after the samples of ticks 0 to 8; of satellites each
     assert len(aboard._samples) == 4
     assert aboard._first == 16
 

@@ -90,6 +90,9 @@ def test_what_moves_holds_nothing() -> None:
         falling.step(sim, H)
     np.testing.assert_allclose(falling.body.position, [[1.5, -2.0, -8.0 + REACH]] * 2, atol=1e-3)
     assert falling.rests
+    falling.body.move(position=(1.5, -2.0, -7.7))
+    falling.step(sim, H)
+    np.testing.assert_array_equal(falling.body.position, [[1.5, -2.0, -7.7]] * 2)  # what lies too deep stays there
 
 
 def test_who_is_below_what_holds_a_prop_is_not_pushed_and_who_is_in_its_axis_goes_north() -> None:
