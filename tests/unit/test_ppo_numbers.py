@@ -14,9 +14,7 @@ from pelagos.envs.ppo import Recipe, _Learner, _Moments
 
 
 class Rows(np.ndarray):
-    """Rows as tensors are, as far as the method takes them; losses that are sent back are kept in `lost`."""
-
-    lost: list[float]
+    """Rows as tensors are, as far as the method takes them; losses that are sent back are kept in `LOST`."""
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         return np.asarray(array).view(Rows)
@@ -36,10 +34,10 @@ class Rows(np.ndarray):
     def numpy(self) -> Any:
         return np.asarray(self)
 
-    def mean(self, *_: Any, **__: Any) -> Any:  # type: ignore[override]
+    def mean(self, *_: Any, **__: Any) -> Any:
         return rows(np.asarray(self).mean())
 
-    def std(self, *_: Any, **__: Any) -> Any:  # type: ignore[override]
+    def std(self, *_: Any, **__: Any) -> Any:
         return rows(np.asarray(self).std(ddof=1))  # as torch's
 
     def backward(self) -> None:
