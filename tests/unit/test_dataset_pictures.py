@@ -14,9 +14,12 @@ from PIL import Image
 
 from pelagos.datasets.contact_sheet import contact_sheet
 from pelagos.datasets.formats.coco import merged, part_of
+from pelagos.datasets.plan import Shard
+from pelagos.datasets.pose import SampledPose
 from pelagos.datasets.rig import Rig
+from pelagos.datasets.sample import Sample, Thing
 from pelagos.drawing.png import png
-from pelagos.sensors.camera.picture.annotations import boxes
+from pelagos.sensors.camera.picture.annotations import Box, boxes
 from pelagos.sensors.camera.picture.camera_rays import ViewConfig, lens_tables
 
 
@@ -131,3 +134,43 @@ def test_cameras_of_other_lenses_have_rays_of_their_own(changes: dict[str, Any])
     kept, other = lens_tables(view), lens_tables(ViewConfig.model_validate({**view.model_dump(), **changes}))
     rows = [np.array(tables.lens.direction) for tables in (kept, other)]
     assert rows[0].shape != rows[1].shape or np.abs(rows[0] - rows[1]).max() > 1e-3
+
+
+def test_rows_of_a_table_come_in_groups_and_each_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five samples in groups of two; what is true or false is kept as whole numbers, a picture as its file."""
+    pq = pytest.importorskip("pyarrow.parquet")
+    from pelagos.datasets.formats import parquet
+
+    monkeypatch.setattr(parquet, "ROWS", 2)
+    rng = np.random.default_rng(3)
+    plan: Any = SimpleNamespace(versions={"pelagos": "1"}, digest="d", config=SimpleNamespace(seed=9))
+    shard = Shard(index=4, world=2, split="val", first=7, count=5)
+    writer = parquet.Parquet(tmp_path, plan, shard, None)
+    samples = []
+    for k in range(5):
+        box = Box(label=4, instance=9 + k, column=1, row=2, width=4 + k, height=3, area=12 - k)
+        readings = {"hit": np.array([k % 2 == 1]), "range": rng.normal(size=3), "count": np.array(k + 0.5),
+                    "eye": rng.integers(0, 256, (4, 5, 3), dtype=np.uint8)}  # fmt: skip
+        pose = SampledPose(rng.normal(size=3), rng.normal(size=4), None)
+        samples.append(Sample(7 + k, 2, "val", pose, readings, [Thing(box, k, "tyre", None)] * (k % 3), {"k": k}))
+        writer.add(samples[-1])
+    writer.close()
+    file = pq.ParquetFile(tmp_path / "parquet" / "val" / "shard-000004.parquet")
+    assert [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)] == [2, 2, 1]
+    assert file.schema_arrow.metadata[b"pelagos.seed"] == b"9"
+    found = file.read()
+    assert str(found.schema.field("hit").type.value_type) == "uint8"
+    assert found["index"].to_pylist() == [7, 8, 9, 10, 11]
+    for row, sample in zip(found.to_pylist(), samples, strict=True):
+        assert (row["key"], row["world"], row["split"]) == (f"{sample.index:09d}", 2, "val")
+        assert row["position_m"] == sample.pose.position.tolist()
+        assert row["attitude_wxyz"] == sample.pose.attitude.tolist()
+        assert [row["hit"], row["count"]] == [[int(sample.readings["hit"][0])], [float(sample.readings["count"])]]
+        assert row["range"] == sample.readings["range"].tolist()
+        with Image.open(io.BytesIO(row["eye"]["bytes"])) as picture:
+            np.testing.assert_array_equal(np.array(picture), sample.readings["eye"])
+        assert row["eye"]["path"] == f"{sample.key}.png"
+        k = sample.index - 7
+        told = {"instance": 9 + k, "class": "tyre", "class_number": k, "area_px": 12 - k, "bbox_px": [1, 2, 4 + k, 3]}
+        assert row["objects"] == [told] * (k % 3)
+        assert json.loads(row["about"]) == {"k": k}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
 
@@ -12,8 +13,13 @@ from pydantic import ConfigDict
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sim.feedback import newest_row
+from pelagos.sim.clock import Clock
+from pelagos.sim.feedback import Feedback, newest_row
+from pelagos.sim.guidance.aboard import Fix
+from pelagos.sim.missions import Missions
+from pelagos.sim.navigator import External
 from pelagos.sim.sampled import Sampled
+from pelagos.sim.trajectory import CHANNELS
 
 
 class LaserConfig(SensorConfig):
@@ -93,3 +99,63 @@ def test_the_newest_readings_are_those_of_the_last_tick_of_each_copy() -> None:
     sampled = Sampled(("a",), SimpleNamespace(name="s"), range(4, 8, 2), Measurement(data, data, valid, {"x": -data}))  # type: ignore[arg-type]
     for array, sign in (("", 1.0), ("x", -1.0)):
         np.testing.assert_array_equal(newest_row(sampled, array, 3), sign * np.array([[6, 7], [np.nan] * 2, [10, 11]]))
+
+
+def heard(name: str, data: Any, valid: Any, *, fixes: bool = False, **extras: Any) -> Sampled:
+    """Of three copies at two ticks."""
+    m = Measurement(np.array(data, dtype=float), np.array(data, dtype=float), np.array(valid), extras)
+    return Sampled(("a",), SimpleNamespace(name=name, fixes=fixes), range(4, 8, 2), m)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_guidance_knows_what_was_heard_since_it_asked(told: bool) -> None:
+    """The last altitude or none, fixes of any tick until it asks, whom it follows; and the truth beside what it is told
+    of its own place."""
+    batch = SimpleNamespace(name="a", members=("a",))
+    agents = {name: SimpleNamespace(name=name, batch=batch, member=0) for name in ("a", "b")}
+    model: Any = SimpleNamespace(n=3, clock=Clock(50.0), agents=agents, batches={})
+    missions = Missions(model)
+    for name in agents:
+        missions.feedback[name] = Feedback(np.array([4.0, 5.0, 6.0]), np.zeros(3, dtype=bool), down={"alt": "range"})
+    mine = missions.feedback["a"]
+    mine.keys = {"heat": ["heat", "heat.flow"]}
+    none = [False] * 6
+    missions.hear(heard("alt", np.zeros(6), [True] * 4 + [True, False], range=np.array([9, 9, 9, 2.5, np.nan, 7.0])))
+    assert mine.altitude.tolist() == [2.5, np.inf, np.inf]
+    missions.hear(heard("fix", np.zeros(6), [True, False, False, False, False, True], fixes=True))
+    missions.hear(heard("fix", np.zeros(6), none, fixes=True))
+    missions.hear(heard("other", np.zeros(6), [True] * 6))
+    assert mine.gps.tolist() == [True, False, True]
+    flow = np.arange(12.0).reshape(6, 2)
+    missions.hear(heard("heat", np.arange(6.0), [True] * 6, flow=flow))
+    np.testing.assert_array_equal(mine.readings["heat"], [[3.0], [4.0], [5.0]])
+    np.testing.assert_array_equal(mine.readings["heat.flow"], flow[3:])
+    missions.feedback["b"].gps[:] = True
+
+    asked: list[Any] = []
+    command = lambda aboard, truth: asked.append((aboard, truth, aboard.fixed.copy())) or np.full((3, 2), 0.5)
+    missions.guidance["a"] = SimpleNamespace(steps=[], followed=("b",), command=command)  # type: ignore[assignment]
+    rng = np.random.default_rng(3)
+    rows = {name: rng.normal(size=(3, CHANNELS)) for name in agents}
+    for row in rows.values():
+        row[:, 3:7] /= np.linalg.norm(row[:, 3:7], axis=1, keepdims=True)
+    place = Fix(rng.normal(size=(3, 3)), rng.normal(size=3), rng.normal(size=(3, 3)))
+    if told:
+        missions.navigators["a"], missions.solutions["a"] = External(place), deque()
+    assert missions.commands(7, rows) == {}
+    found = missions.commands(10, rows)
+    assert list(found) == ["a"]
+    ((aboard, truth, fixed),) = asked
+    assert (aboard.t_s, aboard.dt_s) == (pytest.approx(0.2), pytest.approx(0.1))
+    assert fixed.tolist() == [True, False, True]
+    assert aboard.altitude is mine.altitude
+    np.testing.assert_array_equal(aboard.others["b"].position, rows["b"][:, 0:3])
+    np.testing.assert_array_equal((truth or aboard).own.position, rows["a"][:, 0:3])
+    assert (truth is not None) == told
+    if told:
+        assert aboard.own is place
+        (solution,) = missions.solutions["a"]
+        assert solution.tick == 10
+        np.testing.assert_array_equal(solution.position, place.position)
+    assert not mine.gps.any()
+    assert missions.feedback["b"].gps.all()

@@ -11,11 +11,13 @@ import pytest
 import yaml
 from report_mission import Seabed, path, record
 
+from pelagos.math.geodesy import GeoOrigin
 from pelagos.report import soundings
 from pelagos.report.charts import rows
-from pelagos.report.mission import Mission, missions
+from pelagos.report.mission import Mission, RecordedMotion, missions
 from pelagos.report.navigation import dead_reckoning, declination, fixes
 from pelagos.report.statistics import sensor_table
+from pelagos.sensors.navigation.magnetometer import MagnetometerConfig, earth_field_of
 from pelagos.sim.replay import Recording
 
 
@@ -115,6 +117,25 @@ def test_the_sensor_table_counts(mission: Mission) -> None:
         "geometry_msgs/msg/TwistWithCovarianceStamped", "marine_acoustic_msgs/msg/Dvl",
     ]  # fmt: skip
     assert table["gps"]["count"] == 10
+
+
+@pytest.mark.parametrize("east_deg", [7.5, -21.0])
+def test_a_declination_that_is_written_is_that_of_the_sensor(east_deg: float) -> None:
+    """East of true north is clockwise from above; else it is that of the Earth at the origin."""
+    written = {"intensity_t": 5e-5, "declination_deg": east_deg, "inclination_deg": 60.0}
+    about = {"latitude_deg": "45.0", "longitude_deg": "12.5"}
+    for keys in (written, {}):
+        made: Any = SimpleNamespace(
+            channels=lambda kind, message: [SimpleNamespace(about={"sensor": "compass"})],
+            config=lambda name, keys=keys: keys if name == "compass" else {}, recording=SimpleNamespace(metadata=about),
+        )  # fmt: skip
+        field = earth_field_of(MagnetometerConfig(**keys), GeoOrigin(45.0, 12.5))
+        assert declination(made) == pytest.approx(np.arctan2(field[1], field[0]), rel=1e-9)
+
+
+def test_a_mission_without_motion_has_none_at_any_time() -> None:
+    none = RecordedMotion(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 4)), np.zeros((0, 3)))
+    assert len(none.at(np.array([1.0, 2.0])).position) == 0
 
 
 @pytest.mark.parametrize(

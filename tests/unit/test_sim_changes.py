@@ -144,6 +144,23 @@ def test_the_current_of_each_copy_carries_it_and_its_sensors_feel_it(loaded):
         loaded.ocean.set(turbidity=-1.0)
 
 
+def test_a_checkpoint_without_a_current_ends_that_which_was_set(loaded):
+    """What was set after it was taken is gone: vehicles and sensors are in still water again."""
+    loaded.reset()
+    loaded.step(ticks=2)
+    kept = loaded.checkpoint()
+    loaded.step(ticks=8)
+    after = memory(loaded)
+    loaded.restore(kept)
+    loaded.ocean.set(current=[(0.4, -0.2, 0.0), (0.1, 0.3, 0.0)])
+    loaded.step(ticks=8)
+    assert memory(loaded) != after
+    loaded.restore(kept)
+    assert loaded.model.ocean.own is None
+    loaded.step(ticks=8)
+    assert memory(loaded) == after
+
+
 def test_sun_weather_and_water_that_are_set_are_those_of_a_scenario_that_has_them():
     """Each number alone, too: what is not named stays."""
     scenario = copy.deepcopy(SCENARIO)

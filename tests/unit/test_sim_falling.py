@@ -77,3 +77,41 @@ def test_what_is_pushed_in_one_copy_leaves_the_others() -> None:
     (pushed, whole), (free, alone) = runs
     assert np.abs(pushed.velocity[0] - free.velocity[0]).max() > 0.5
     np.testing.assert_array_equal(whole[:, 1], alone[:, 1])
+
+
+def test_what_moves_holds_nothing() -> None:
+    """Neither a plate on the ground, below the middle of what falls, nor the hull of one of two vehicles."""
+    agents = {name: {"vehicle": "bluerov2", "start": {"position_m": [1.5, y], "depth_m": 7.6}}
+              for name, y in (("it", -2.0), ("other", 9.0))}  # fmt: skip
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": 8.0}, "agents": agents}, n=2, seed=1)
+    sim.spawn(pl.Prop("box", position=(1.6, -2.1, -7.9), size=(3.0, 3.0, 0.2)))
+    falling = Falling(sim.spawn(pl.Prop("box", position=(1.5, -2.0, -6.6), size=(0.6, 1.0, 2 * REACH))), REACH)
+    for _ in range(40):
+        falling.step(sim, H)
+    np.testing.assert_allclose(falling.body.position, [[1.5, -2.0, -8.0 + REACH]] * 2, atol=1e-3)
+    assert falling.rests
+    falling.body.move(position=(1.5, -2.0, -7.7))
+    falling.step(sim, H)
+    np.testing.assert_array_equal(falling.body.position, [[1.5, -2.0, -7.7]] * 2)  # what lies too deep stays there
+
+
+def test_who_is_below_what_holds_a_prop_is_not_pushed_and_who_is_in_its_axis_goes_north() -> None:
+    """A platform 3 m over the ground; each of three vehicles has a place of its own in one of two copies."""
+    agents = {name: {"vehicle": "bluerov2", "start": {"position_m": [9.0, y], "depth_m": 4.0, "heading_deg": -90.0}}
+              for name, y in (("below", 5.0), ("within", 8.0), ("above", 11.0))}  # fmt: skip
+    slab = {"shape": "box", "at_m": [0.0, 0.0, -5.0], "size_m": [4.0, 4.0, 0.2]}
+    world = {"type": "flat", "depth_m": 8.0, "size_m": [60, 60], "things": [slab]}
+    sim = pl.Simulation.load({"world": world, "agents": agents}, n=2, seed=1)
+    falling = Falling(sim.spawn(pl.Prop("box", position=(0.4, -0.2, -4.1), size=(1.0, 1.0, 2 * REACH))), REACH, 0.5)
+    places = {"below": [0.5, -0.1, -6.5], "within": [0.4, -0.2, -4.5], "above": [0.5, -0.1, -3.2]}
+    for name, place in places.items():
+        sim.set_state(name, position=place, velocity=[0.1, 0.2, 0.3], where=[1])
+    before = {name: state.velocity.copy() for name, state in sim.state.items()}
+    for _ in range(12):
+        falling.step(sim, H)
+    np.testing.assert_allclose(falling.body.position[:, 2], -4.9 + REACH, atol=1e-3)
+    for name in ("below", "above"):
+        np.testing.assert_array_equal(sim.state[name].velocity, before[name])
+    np.testing.assert_array_equal(sim.state["within"].velocity[0], before["within"][0])
+    np.testing.assert_allclose(sim.state["within"].velocity[1], [0.0, -3.0, 0.0], atol=1e-9)  # its bow looks west
+    assert not falling.rests

@@ -167,3 +167,23 @@ def test_a_recording_holds_where_each_copy_had_it(tmp_path) -> None:
         for t_ns, place in found.items():
             at = drawn[copy] if t_ns < 400_000_000 else (5.5, -1.0, -7.5)
             assert [place.y, -place.x, place.z] == pytest.approx(list(at), abs=1e-12)  # ENU
+
+
+def test_props_stand_behind_what_moves_and_come_back_from_a_checkpoint_as_props() -> None:
+    """Their numbers are none of a mover's; one that was removed since is the scenario's again."""
+    path = {"kind": "circle", "centre_m": [5.0, -2.0, -14.0], "radius_m": 2.5, "speed_mps": 0.9}
+    movers = [{"name": name, "body": "sphere", "size_m": 1.4, "path": path} for name in ("fish", "seal")]
+    crate, ball = {"shape": "box", "position_m": PLACE}, {"shape": "sphere", "position_m": (3.0, 2.0, -6.0)}
+    sim = scene(props={"crate": crate, "ball": ball}, world={"type": "flat", "depth_m": 30.0, "movers": movers})
+    numbers = [body.geometry.instance for body in sim.bodies.bodies]
+    assert [body.name for body in sim.bodies.bodies] == ["fish", "seal", "crate", "ball"]
+    assert numbers == list(range(numbers[0], numbers[0] + 4))
+    kept = sim.checkpoint()
+    sim.props["crate"].remove()
+    sim.restore(kept)
+    assert list(sim.props) == ["crate", "ball"]
+    sim.props["crate"].remove()
+    sim.reset()
+    assert [(body.name, body.geometry.instance) for body in sim.bodies.bodies] == list(
+        zip(("fish", "seal", "crate", "ball"), numbers, strict=True)
+    )

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import pelagos as pl
+from pelagos.errors import SimulationError
+from pelagos.sim.run import _Loop, _with_dump
 
 SCENARIO = {
     "world": {"type": "flat", "depth_m": 20.0},
@@ -246,3 +250,56 @@ def test_a_start_is_refused_where_the_turned_hull_reaches_the_ground(angles):
     load(0.01)
     with pytest.raises(pl.InputError, match=r"a cannot start here: .* its hull would touch seabed"):
         load(-0.01)
+
+
+def test_a_run_tells_its_own_part_of_the_time_and_means_of_calls():
+    """From where it began; counts and newest readings are those that it kept."""
+    timings = SimpleNamespace(seconds={"a.imu": 0.5, "physics": 3.0}, calls={"a.imu": 4, "physics": 100})
+    told = []
+    loop = SimpleNamespace(
+        _stepper=SimpleNamespace(tick=170, timings=timings), _first=50, _sim=SimpleNamespace(dt_ns=20_000_000),
+        _counts={"a.imu": 7}, _logs=[], _latest={"a": {}}, _realtime=0.0, _asked=3.5,
+        _progress=lambda *now: told.append(now),
+    )  # fmt: skip
+    result = _Loop._result(loop, 0.6, "stopped")
+    assert (result.simulated_s, result.wall_s, result.ended) == (pytest.approx(2.4), 0.6, "stopped")
+    assert result.real_time_factor == pytest.approx(4.0)
+    assert result.ms_per_call == {"a.imu": pytest.approx(125.0), "physics": pytest.approx(30.0)}
+    assert result.seconds_by_part == timings.seconds
+    assert result.seconds_by_part is not timings.seconds
+    assert (result.counts, result.observations, result.recording) == ({"a.imu": 7}, {"a": {}}, None)
+    _Loop._report(loop)
+    assert told == [(pytest.approx(2.4), 3.5)]
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_the_last_state_is_kept_beside_the_recording(recorded, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    error = SimulationError("auv0 (copy 2) has no finite state")
+    vars(error).update(agent="auv0", state=np.arange(19.0), command=np.array([0.3, -0.2]), t_s=4.5, copy=2)
+    recorder = SimpleNamespace(path=tmp_path / "out" / "run.mcap") if recorded else None
+    path = (tmp_path / "out" if recorded else tmp_path) / "auv0_last_state.npz"
+    told = _with_dump(error, recorder)
+    assert str(told) == f"auv0 (copy 2) has no finite state. The state is in {path}"
+    kept = np.load(path)
+    assert {name: kept[name].tolist() for name in kept.files} == {
+        "state": list(range(19)), "command": [0.3, -0.2], "t_s": 4.5, "copy": 2
+    }  # fmt: skip
+
+
+def test_spawned_bodies_are_numbered_anew_after_a_reset(sim):
+    """By name and by instance, as in a simulation that has just begun."""
+
+    def two() -> list[tuple[str, int]]:
+        made = [sim.spawn(pl.Prop(shape, position=(9.0, 5.0, -4.0))) for shape in ("box", "sphere")]
+        return [(body.name, body.geometry.instance) for body in made]
+
+    first = two()
+    assert [name for name, _ in first] == ["box1", "sphere2"]
+    assert two() == [(f"{name[:-1]}{k}", 2 + number) for (name, number), k in zip(first, (3, 4), strict=True)]
+    kept = sim.checkpoint()
+    sim.reset()
+    assert two() == first
+    sim.restore(kept)
+    assert [name for name, _ in two()] == ["box5", "sphere6"]

@@ -122,6 +122,20 @@ def test_a_solution_from_outside_is_level_and_looks_along_its_heading(heading):
     assert (velocity[0] == [0.4, -0.3, 0.1]).all()
 
 
+def test_a_solution_from_outside_is_kept_and_begins_anew_copy_by_copy():
+    rng = np.random.default_rng(3)
+    made = [External(Fix(rng.normal(size=(3, 3)), rng.normal(size=3), rng.normal(size=(3, 3)))) for _ in range(2)]
+    kept, fresh = (one.memory() for one in made)
+    where = np.array([False, True, False])
+    mixed = made[0].renewed(kept, fresh, where)
+    made[1].recall(mixed)
+    for part in ("position", "heading", "velocity"):
+        found = getattr(made[1].fix, part)
+        np.testing.assert_array_equal(found[~where], kept[part][~where])
+        np.testing.assert_array_equal(found[where], fresh[part][where])
+    assert (made[1].rate == np.zeros((3, 3))).all()
+
+
 # in the simulator
 
 SENSORS = {

@@ -39,10 +39,8 @@ class Falling:
         push each other apart by contact."""
         body = self.body
         down = np.tile([0.0, 0.0, -1.0], (len(body.position), 1))
-        copies = np.arange(len(down))
-        hits = sim.world.cast(body.position, down, _FAR, copy=copies, own_body=sim.bodies.rows_of(body))
-        solid = hits.valid & ~np.isin(hits.instance, [b.geometry.instance for b in sim.bodies.bodies])
-        room = np.where(solid, hits.t, np.inf) - self._reach
+        below = sim.world.cast(body.position, down, _FAR, bodies=False)
+        room = np.where(below.valid, below.t, np.inf) - self._reach
         speed = body.velocity[:, 2] - GRAVITY * h
         drop = np.minimum(-speed * h, np.maximum(room, 0.0))
         held = drop < -speed * h - 1e-12

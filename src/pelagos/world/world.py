@@ -216,6 +216,7 @@ class World:
         *,
         copy: ArrayLike = 0,
         own_body: ArrayLike = NO_BODY,
+        bodies: bool = True,
     ) -> Hits:
         """The nearest thing along each ray; in a simulation, what moves stands where it is at the current time.
 
@@ -225,12 +226,13 @@ class World:
             max_range: `(m,)` or one number [m].
             copy: `(m,)` or one number: the copy of the fleet whose bodies a ray may hit.
             own_body: `(m,)` or one number: the body that a ray passes through, see `SensorContext.own_body`.
+            bodies: whether rays hit what moves too; else they pass through all of it.
 
         Raises:
             CommandError: a wrong shape, a value that is not finite, or a direction of no length.
         """
         start, along, reach = _rays(origins, directions, max_range)
-        caster = self._caster()
+        caster = self._caster(bodies=bodies)
         update = self._live["update"]() if "update" in self._live else None
         if update is not None:
             update()
@@ -261,11 +263,11 @@ class World:
         found: Scene = self._live["scene"]
         return found
 
-    def _caster(self) -> Callable[..., Hits]:
-        scene = self._scene()
-        if "cast" not in self._live:
-            self._live["cast"] = _make_caster(scene)
-        found: Callable[..., Hits] = self._live["cast"]
+    def _caster(self, *, bodies: bool) -> Callable[..., Hits]:
+        scene, name = self._scene(), "cast" if bodies else "cast past bodies"
+        if name not in self._live:
+            self._live[name] = _make_caster(scene, bodies=bodies)
+        found: Callable[..., Hits] = self._live[name]
         return found
 
 
@@ -291,14 +293,15 @@ def _rays(
     return start, (along / length).astype(np.float32), reach
 
 
-def _make_caster(scene: Scene) -> Callable[..., Hits]:
-    """A recorded NumPy face of `Caster.cast` on this scene."""
+def _make_caster(scene: Scene, *, bodies: bool) -> Callable[..., Hits]:
+    """A recorded NumPy face of `Caster.cast` on this scene, with or without what moves."""
     from pelagos import jit
     from pelagos.raycast.caster import Caster
     from pelagos.raycast.rays import Rays
 
     def shoot(caster: Caster, origin: Array, direction: Array, reach: Array, copy: Array, own: Array) -> Any:
-        hits = caster.cast(Rays(origin, direction, reach, copy, own))
+        asked = caster if bodies else Caster(caster.static, None, caster.tables)
+        hits = asked.cast(Rays(origin, direction, reach, copy, own))
         return hits.t, hits.position, hits.normal, hits.label, hits.instance, hits.material, hits.velocity
 
     frozen = scene.compile(shoot)
@@ -314,7 +317,7 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
             scene.peek(start)
         except WorldError:  # a streamed ground cannot have full detail at so many places: some after the others
             return _halves(call, start, along, reach, copy, own)
-        if scene.static is None and scene.moving is None:
+        if scene.static is None and (scene.moving is None or not bodies):
             return _misses(len(start))
         out = frozen(
             jit.Array3f64(*(jit.padded(column) for column in start.T)),
