@@ -132,7 +132,9 @@ def test_members_of_a_group_are_deaf_to_whom_the_key_leaves_out(which: str) -> N
             made = bystanders(which, makers, motions, path)
     else:
         made = bystanders(which, makers, motions, path)
-    distance, _, level = rows(made.heard(here), 8)
+    noise = made.heard(here)
+    assert noise.size_key[0] == (2 if which == "own" else 4)
+    distance, _, level = rows(noise, 8)
     for k, name in enumerate(["a0", "a1"] if which == "own" else list(makers)):
         for lane in range(8):
             tick, carrier, copy = lane // 4, lane // 2 % 2, lane % 2
