@@ -5,12 +5,13 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import drjit as dr
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from pelagos import jit
-from pelagos.acoustics.bottom_detection import Series
+from pelagos.acoustics.bottom_detection import Series, find_bottom
 from pelagos.sensors.sonar.ping.bottom_series import Window
 from pelagos.sensors.sonar.ping.soundings import detect, quality, snippets, sounding_places
 
@@ -62,9 +63,9 @@ def test_a_sounding_counts_within_range_time_and_noise(assumed: float | None) ->
     there = np.ones((2, BEAMS), bool)
     there[1, 0] = False
     seen = window(there)
-    found = {name: np.array(v).reshape(2, BEAMS) for name, v in detect(
-        config(sound_speed_mps=assumed), seen, series(level), lanes(), jit.Float(noise)
-    ).items()}  # fmt: skip
+    made = detect(config(sound_speed_mps=assumed), seen, series(level), lanes(), jit.Float(noise))
+    dr.eval(made)
+    found = {name: np.array(v).reshape(2, BEAMS) for name, v in made.items()}
     true = START + 30.4 * SPACING
     measured = true * (1.0 if assumed is None else assumed / WATER[:, None])
     counts = there & (level > 1e-4) & (measured >= 6.0) & (measured <= 54.0) & (true <= WATER[:, None] / 28.0)
@@ -72,6 +73,8 @@ def test_a_sounding_counts_within_range_time_and_noise(assumed: float | None) ->
     assert (np.isfinite(found["range"]) == counts).all()
     assert found["range"][counts] == pytest.approx(measured[counts], abs=2e-3)
     assert (np.isnan(found["uncertainty"]) == ~counts).all()
+    errors = np.array(find_bottom(series(level), SAMPLES, noise=jit.Float(noise)).error).reshape(2, BEAMS)
+    assert found["uncertainty"][counts] == pytest.approx((errors * measured / true)[counts], rel=1e-4)
     assert (found["detection"] == np.where(counts, 1, 0)).all()
     axis = np.array(seen.axis).reshape(2, BEAMS)
     assert found["truth"] == pytest.approx(np.where(axis <= 54.0, axis, np.nan), nan_ok=True)

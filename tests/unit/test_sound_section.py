@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,14 +60,24 @@ def test_tables_hold_each_section_in_its_row() -> None:
 
 def test_sections_that_share_their_water_have_each_its_own_bottom() -> None:
     """The lowest filling level lies below the bottom of each; tables of `Sections` are made once."""
-    deep = Section(CALM.depth, CALM.speed, np.zeros(1), np.array([3000.0]))
     flat = Section(CALM.depth, CALM.speed, np.zeros(1), np.array([40.0]))
+    deep = replace(flat, bottom_depth=np.array([3000.0]))
     both = Sections([flat, deep])
     water, _ = on_device(both)
     depth = np.array(water.depth).reshape(2, LEVELS)
     assert depth[0, 2] == pytest.approx(150.0)
     assert depth[1, 2] == pytest.approx(3100.0)
     assert on_device(both) is on_device(both)
+
+
+def test_a_shorter_bottom_goes_on_as_behind_its_last_node() -> None:
+    short = Section(
+        CALM.depth, CALM.speed, np.array([0.0, 70.0]), np.array([40.0, 55.0]), density_ratio=np.array([1.2, 1.9])
+    )
+    _, floor = on_device([short, STREAM])
+    assert np.array(floor.depth)[:4].tolist() == [40.0, 55.0, 55.0, 55.0]
+    assert np.array(floor.density_ratio)[:4].tolist() == [1.2, 1.9, 1.9, 1.9]
+    assert (np.diff(np.array(floor.x)[:4]) > 0).all()
 
 
 def test_many_levels_are_thinned_to_those_that_tell_the_profile() -> None:
@@ -92,9 +104,9 @@ def test_speed_and_bottom_at_a_place_are_its_columns_and_pieces() -> None:
 
 
 def test_a_section_seen_from_its_other_end_has_the_same_water_and_bottom_at_each_place() -> None:
-    reach = 1200.0
+    reach = 1300.0
     back = mirrored(STREAM, reach)
-    place = np.array([10.0, 250.0, 390.0, 410.0, 890.0, 950.0, 1010.0, 1190.0])
+    place = np.array([10.0, 250.0, 390.0, 410.0, 890.0, 950.0, 1010.0, 1190.0, 1280.0])
     for depth in (3.0, 12.0, 60.0):
         assert back.speed_at(depth, reach - place) == pytest.approx(STREAM.speed_at(depth, place))
     assert back.bottom_at(reach - place) == pytest.approx(STREAM.bottom_at(place))
