@@ -17,7 +17,7 @@ from pelagos.sensors.sonar.ping.interference import Heard, Pulses
 SPEED, LOSS = np.array([1475.0, 1520.0]), np.array([0.03, 0.06])
 BINS, BEAMS, BANDWIDTH = Bins(80, 2.0, 0.25), 3, 9e3
 DISTANCE = np.array([[19.0, 41.5], [33.3, np.inf]])  # two places by two lanes
-SINCE = np.array([[0.004, 0.031], [0.0022, 0.0]])
+SINCE = np.array([[0.0037, 0.031], [0.0022, 0.0]])
 SOURCE = np.array([[1, 0], [0, 0]])
 PERIOD, FREQUENCY = np.array([0.0113, 0.0071]), np.array([61e3, 66e3])
 FIRST, TAPS, LEAD, STEP = np.array([5, 0]), np.array([9, 4]), np.array([-0.0003, 0.0001]), np.array([1.3e-4, 2.1e-4])

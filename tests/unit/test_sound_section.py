@@ -70,7 +70,7 @@ def test_sections_that_share_their_water_have_each_its_own_bottom() -> None:
     assert on_device(both) is on_device(both)
 
 
-def test_a_shorter_bottom_goes_on_as_behind_its_last_node() -> None:
+def test_a_shorter_section_goes_on_as_behind_its_last_node_and_column() -> None:
     short = Section(
         CALM.depth, CALM.speed, np.array([0.0, 70.0]), np.array([40.0, 55.0]), density_ratio=np.array([1.2, 1.9])
     )
@@ -78,6 +78,9 @@ def test_a_shorter_bottom_goes_on_as_behind_its_last_node() -> None:
     assert np.array(floor.depth)[:4].tolist() == [40.0, 55.0, 55.0, 55.0]
     assert np.array(floor.density_ratio)[:4].tolist() == [1.2, 1.9, 1.9, 1.9]
     assert (np.diff(np.array(floor.x)[:4]) > 0).all()
+    two = Section(CALM.depth, np.array([[1500.0, 1450.0], [1520.0, 1490.0]]), begins=np.array([0.0, 250.0]))
+    water, _ = on_device([two, STREAM])
+    assert np.array(water.speed).reshape(2, 3, LEVELS)[0, :, 0].tolist() == [1500.0, 1520.0, 1520.0]
 
 
 def test_many_levels_are_thinned_to_those_that_tell_the_profile() -> None:
