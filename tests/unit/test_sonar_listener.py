@@ -178,3 +178,13 @@ def test_axes_become_the_quaternion_that_turns_to_them() -> None:
         found = _quaternion(turn.as_matrix())
         assert np.linalg.norm(found) == pytest.approx(1.0)
         assert Rotation.from_quat(np.roll(found, -1)).as_matrix() == pytest.approx(turn.as_matrix(), abs=1e-9)
+
+
+def test_a_steered_beam_falls_off_by_the_difference_of_sines() -> None:
+    """One way by the shaded line along y; its sign, which tells side lobes of an array, is kept."""
+    aperture, way = array([35.0, -20.0], shading="light"), around(60, 3)
+    for beam, sine in enumerate(np.sin(np.radians([35.0, -20.0]))):
+        found = np.array(aperture.side_amplitude(aperture.facing(), jit.UInt32(np.full(60, beam)), device(way)))
+        u = 20.0 * (way[:, 1] - sine)
+        line = 0.75 * np.sinc(u) + 0.125 * (np.sinc(u - 1.0) + np.sinc(u + 1.0))
+        assert found == pytest.approx(line / 0.75, abs=2e-5)

@@ -67,7 +67,7 @@ def test_things_are_looked_for_by_size_reach_and_smoothness() -> None:
     assert np.array(higher.instance).tolist() == [2, 4, 7]
     near = targets(scene([lumps[0]]), PALETTE, replace(BAND, reach=5.0))
     assert near is None
-    alone = targets(scene([lumps[0]]), PALETTE, BAND)
+    alone = targets(scene([lumps[0]]), PALETTE, replace(BAND, rays_per_sr=4000.0))
     assert alone is not None
     assert not is_smooth(alone)
     assert np.array(found.of_instance).tolist() == [4, 4, 0, 4, 1, 4, 4, 2, 3, 4]
