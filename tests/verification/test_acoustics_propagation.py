@@ -6,15 +6,19 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from pelagos import jit
 from pelagos.acoustics.eigenrays import eigenrays
 from pelagos.acoustics.image_sources import paths
 from pelagos.acoustics.refraction import (
     LEVELS,
+    Profile,
     arc,
     depart,
     displacements,
+    entered,
+    excess_at,
     path_end,
     profile_from,
     reduced_range,
@@ -162,3 +166,42 @@ def test_paths_are_reciprocal():
     there, back = paths(30, 4, 21, 250, count=9), paths(30, 21, 4, 250, count=9)
     assert [p.length for p in there] == pytest.approx([p.length for p in back], rel=1e-12)
     assert [(p.surface, p.bottom) for p in there] == [(p.surface, p.bottom) for p in back]
+
+
+def test_a_profile_is_linear_between_its_levels_and_goes_on_as_at_its_ends():
+    """Its speed, gradient and integral over the height, of two rows, by the trapezoidal rule on a fine grid."""
+    rng = np.random.default_rng(3)
+    lowest, step = np.array([-90.0, -30.0]), np.array([2.0, 1.5])
+    excess, speed = rng.normal(0.0, 2.0, (2, LEVELS)), np.array([1490.0, 1510.0])
+    height = lowest[:, None] + step[:, None] * np.arange(LEVELS)
+    column = np.zeros_like(excess)
+    for k in range(2):
+        excess[k] -= np.interp(0.0, height[k], excess[k])
+        whole = cumulative_trapezoid(excess[k], height[k], initial=0.0)
+        grid = np.linspace(height[k, 0], 0.0, 20001)
+        column[k] = whole - trapezoid(np.interp(grid, height[k], excess[k]), grid)
+    made = Profile(*(jit.Float(v.ravel().astype(np.float32)) for v in (excess, column, speed, lowest, step)))
+    for k in range(2):
+        asked = np.array([height[k, 0] - 7.0, height[k, 0] + 0.3, -11.7, 0.4, 21.2, height[k, -1] + 12.0])
+        found = [np.array(v) for v in excess_at(made, jit.UInt32(np.full(6, k)), jit.Float(asked))]
+        assert found[0] == pytest.approx(np.interp(asked, height[k], excess[k]), abs=1e-4)
+        layer = np.clip(np.floor((asked - lowest[k]) / step[k]).astype(int), 0, LEVELS - 2)
+        assert found[1] == pytest.approx((excess[k, layer + 1] - excess[k, layer]) / step[k], abs=1e-4)
+        for z, integral in zip(asked, found[2], strict=True):
+            grid = np.linspace(0.0, z, 20001)
+            exact = trapezoid(np.interp(grid, height[k], excess[k]), grid)
+            assert integral == pytest.approx(exact, abs=2e-3)
+
+
+def test_a_ray_that_goes_on_in_other_water_keeps_its_vertical_part():
+    """sin(theta)/c across a vertical boundary; what would be beyond straight up is straight up."""
+    rows = [profile(lambda z, k=k: 1500.0 + 30.0 * k + 0.2 * z) for k in range(2)]
+    sine = np.array([0.6, -0.3, 0.995], np.float32)
+    ray = depart(rows[0], jit.UInt32([0, 0, 0]), jit.Float([40.0, -20.0, 0.0]), jit.Float(sine))
+    after = entered(rows[0], ray, rows[1], jit.UInt32([0, 0, 0]))
+    old, new = 1500.0 + 0.2 * np.array([40.0, -20.0, 0.0]), 1530.0 + 0.2 * np.array([40.0, -20.0, 0.0])
+    expected = np.clip(sine * new / old, -1.0, 1.0)
+    assert np.array(after.sine) == pytest.approx(expected, abs=1e-5)
+    assert np.array(after.cosine) == pytest.approx(np.sqrt(1 - expected**2), abs=1e-3)
+    assert np.array(after.slowness) == pytest.approx(np.sqrt(1 - expected**2) / new, abs=1e-6)
+    assert np.array(after.height) == pytest.approx([40.0, -20.0, 0.0])

@@ -31,6 +31,14 @@ def test_phases_give_the_direction(direction: tuple[float, float]) -> None:
     np.testing.assert_allclose(direction_from_phases(flat, pressure, WAVELENGTH, u), u, atol=1e-9)
 
 
+def test_phases_that_are_too_large_for_a_flat_array_say_along_it() -> None:
+    """Direction cosines of 1.2 in its plane, which no wave has: as far as it can be, along the array."""
+    flat, wanted = ARRAY[:4], np.array([0.96, -0.72, 0.0])
+    pressure = element_phases(flat, wanted[None], np.ones(1, complex), WAVELENGTH)
+    found = direction_from_phases(flat, pressure, WAVELENGTH, wanted / 1.2)
+    np.testing.assert_allclose(found, [0.8, -0.6, 0.0], atol=1e-9)
+
+
 def test_error_of_a_bearing_meets_its_bound() -> None:
     """Planar array, 4000 draws: standard deviations of both direction cosines within 6 % of Cramer and Rao's bound."""
     rng = np.random.default_rng(7)
