@@ -112,7 +112,10 @@ def test_a_process_of_its_own_does_not_inherit_this_ones_peak() -> None:
 def test_calls_take_turns_and_the_median_of_each_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock of the test's own: at least five calls of each, and as many more as fill the time of the shorter."""
     now, calls = [40.0], list[str]()
-    lengths = {"a": iter([9.0, 0.1, 0.5, 0.2, 0.4, 0.3, 0.25, 0.45, 0.1]), "b": iter([9.0, 2.0, 3.0, 1.0, 5.0, 4.0, 2.5, 3.5, 6.0])}  # fmt: skip
+    lengths = {
+        "a": iter([9.0, 0.1, 0.5, 0.2, 0.4, 0.3, 0.25, 0.45, 0.1]),
+        "b": iter([9.0, 2.0, 3.0, 1.0, 5.0, 4.0, 2.5, 3.5, 6.0]),
+    }
 
     def call(name: str) -> None:
         calls.append(name)

@@ -148,8 +148,10 @@ def test_a_boundary_tells_what_was_measured_before_anybody_is_obeyed(sim: Any, p
         refused=Counter(),
     )
     exchange.pace = SimpleNamespace(
-        keep=lambda t_ns: log.append(("paced", t_ns // MS)), restart=lambda t_ns: log.append(("from", t_ns // MS)), factor=0.0
-    )  # fmt: skip
+        keep=lambda t_ns: log.append(("paced", t_ns // MS)),
+        restart=lambda t_ns: log.append(("from", t_ns // MS)),
+        factor=0.0,
+    )
     sim.time_ns = 30 * MS
 
     def during() -> None:
@@ -204,7 +206,7 @@ def stepped(sim: Any, log: list[Any]) -> Iterator[Any]:
     sim.time_ns, sim.held = 50 * MS, True
     exchange: Any = Exchange(sim)
     exchange.add(Kept("it", log))
-    exchange._tap = SimpleNamespace(take=lambda: [])
+    exchange._tap = SimpleNamespace(take=list)
     exchange.pace = SimpleNamespace(restart=lambda t_ns: log.append(("from", t_ns // MS)))
     yield exchange
     assert not sim.listeners

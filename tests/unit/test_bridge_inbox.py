@@ -1,4 +1,4 @@
-"""Orders on their way to the thread that steps: streams of each agent, who replaces whom, and when it is written down."""
+"""Orders on their way to the thread that steps: streams of each agent, who replaces whom, when they are noted."""
 
 from __future__ import annotations
 

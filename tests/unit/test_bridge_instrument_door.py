@@ -79,7 +79,9 @@ def far_east(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     time.tzset()
 
 
-def opened(protocol: str, sensors: tuple[str, ...], dt_ms: int = 10, **keys: Any) -> tuple[InstrumentDoor, Any, list[float]]:  # fmt: skip
+def opened(
+    protocol: str, sensors: tuple[str, ...], dt_ms: int = 10, **keys: Any
+) -> tuple[InstrumentDoor, Any, list[float]]:
     sim, rates = Sim(dt_ms * 1_000_000), list[float]()
     exchange: Any = SimpleNamespace(sim=sim, at_least=rates.append)
     config = InstrumentConfig(type="instrument", protocol=protocol, sensors=sensors, port="udp:9", **keys)  # type: ignore[arg-type]

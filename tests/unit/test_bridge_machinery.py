@@ -94,7 +94,7 @@ def test_doors_say_it_and_recordings_do_not(sim: Simulation, tmp_path: Path) -> 
 
 
 def test_it_is_said_at_most_every_50_ms_and_of_every_copy() -> None:
-    """At the first boundary in each twentieth of a second, whenever that comes; names of members are those of topics."""
+    """At the first boundary in each twentieth of a second, whenever that comes, by the names of topics."""
     vehicle = Vehicle.from_catalogue("remus100")
     states = np.array([[0.25, -0.5, 1200.0], [-0.125, 0.375, -600.0]])
     said: Any = SimpleNamespace(
@@ -105,6 +105,9 @@ def test_it_is_said_at_most_every_50_ms_and_of_every_copy() -> None:
     machinery = Machinery(said, tap)
     topics = {c.number: c.topic for c in tap.channels.values()}
     assert sorted(topics.values()) == ["/env0/auv_3/joint_states", "/env1/auv_3/joint_states"]
+    alone = Tap()
+    Machinery(SimpleNamespace(**{**vars(said), "n": 1}), alone)  # type: ignore[arg-type]
+    assert [c.topic for c in alone.channels.values()] == ["/auv_3/joint_states"]
     for ms in (0, 30, 70, 90, 100, 149, 170, 205):
         said.time_ns = ms * 1_000_000
         machinery.say(said)

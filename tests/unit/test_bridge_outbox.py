@@ -33,20 +33,15 @@ def test_topics_take_turns_as_they_came_and_a_full_one_drops_its_own_oldest() ->
     a(b"first", 1)
     assert slow.begun.wait(10)  # out of its queue, on its way
     for put, raw, t_ns in (
-        (b, b"x", 2),
-        (a, b"old", 3),
-        (b, b"y", 4),
-        (a, b"newer", 5),
-        (a, b"newest", 6),
-        (b, b"z", 7),
-    ):
+        (b, b"x", 2), (b, b"y", 3), (a, b"old", 4), (a, b"newer", 5), (a, b"newest", 6), (b, b"z", 7)
+    ):  # fmt: skip
         put(raw, t_ns)
     assert (outbox.waiting, outbox.dropped) == (5, {"/a": 1})
     for _ in range(6):
         slow.let.release()
     outbox.close(10.0)
     assert slow.written == [
-        ("a", b"first", 1), ("b", b"x", 2), ("a", b"newer", 5), ("b", b"y", 4), ("a", b"newest", 6), ("b", b"z", 7)
+        ("a", b"first", 1), ("b", b"x", 2), ("b", b"y", 3), ("a", b"newer", 5), ("a", b"newest", 6), ("b", b"z", 7)
     ]  # fmt: skip
     assert (outbox.dropped, dict(troubles), outbox.failed) == ({"/a": 1}, {"/a: dropped": 1}, {})
 

@@ -93,8 +93,14 @@ def test_a_second_run_has_its_own_channels_and_its_time_begins_anew() -> None:
 
 @pytest.mark.parametrize(
     ("only", "skip", "told"),
-    [((), (), True), (("/labels",), (), True), (("/lab", "/b"), (), True), (("/a",), (), False), ((), ("/labels",), False)],
-)  # fmt: skip
+    [
+        ((), (), True),
+        (("/labels",), (), True),
+        (("/lab", "/b"), (), True),
+        (("/a",), (), False),
+        ((), ("/labels",), False),
+    ],
+)
 def test_the_table_of_labels_is_said_at_once_where_it_is_wanted(
     only: Sequence[str], skip: Sequence[str], told: bool
 ) -> None:

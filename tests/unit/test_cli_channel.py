@@ -93,9 +93,9 @@ def test_a_channel_is_that_of_the_time_that_is_asked_for(
         "departure_deg": pytest.approx(-4.0), "arrival_deg": pytest.approx(3.0), "surface": 3, "bottom": 4,
         "doppler": pytest.approx(0.9998), "blocked": True,
     }  # fmt: skip
-    with pytest.raises(InputError, match="--at -1.0: a time from 0 on"):
+    with pytest.raises(InputError, match=r"--at -1\.0: a time from 0 on"):
         show(at_s=-1.0)
-    with pytest.raises(InputError, match="give a file that ends in .png"):
+    with pytest.raises(InputError, match=r"give a file that ends in \.png"):
         show(out=Path("it.jpg"))
 
 

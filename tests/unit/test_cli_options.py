@@ -185,8 +185,14 @@ made: list[Playing] = []
 @pytest.mark.parametrize(("port", "taken"), [(None, 8765), (77, 77), (0, 0)])
 @pytest.mark.parametrize(("loop", "wait_s", "listening"), [(True, 0.75, 2), (False, 0.75, 0), (False, 0.0, 0)])
 def test_a_recording_is_played_as_it_was_asked_for(
-    port: int | None, taken: int, loop: bool, wait_s: float, listening: int, monkeypatch: pytest.MonkeyPatch, capsys: Any
-) -> None:  # fmt: skip
+    port: int | None,
+    taken: int,
+    loop: bool,
+    wait_s: float,
+    listening: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Any,
+) -> None:
     made.clear()
     monkeypatch.setattr("pelagos.bridges.part.Part", lambda path, **keys: (path, keys))
     monkeypatch.setattr("pelagos.bridges.playback.Playback", Playing)

@@ -65,7 +65,7 @@ def test_a_state_that_is_lost_without_an_order_in_that_run_ends_it(ends: tuple[s
 
 def test_a_run_begins_anew_ten_times_and_no_more() -> None:
     assert runs(Exchange(*["torn"] * MOST_RESTARTS, "time")).end == "time"
-    assert runs(Exchange(*["reset"] * 3 * MOST_RESTARTS, "time")).end == "time"
+    assert runs(Exchange(*["reset"] * 3 * MOST_RESTARTS, "torn", "time")).end == "time"
     exchange = Exchange(*["torn"] * (MOST_RESTARTS + 1), "time")
     with pytest.raises(NotFinite):
         runs(exchange)

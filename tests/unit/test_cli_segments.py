@@ -36,7 +36,9 @@ class Sim:
     def stop(self) -> None:
         self.stopped = True
 
-    def run(self, seconds: float, *, record: Any, realtime: bool, progress: Callable[[float, float], None]) -> RunResult:  # fmt: skip
+    def run(
+        self, seconds: float, *, record: Any, realtime: bool, progress: Callable[[float, float], None]
+    ) -> RunResult:
         assert (record, realtime) == ("recorder", True)
         self.asked.append(round(seconds, 6))
         begun, self.stopped = self.time_ns, False
@@ -46,7 +48,9 @@ class Sim:
             if self.stopped:
                 break
         ticks = (self.time_ns - begun) // TICK_NS
-        return result((self.time_ns - begun) * 1e-9, 0.5, counts={"a.imu": ticks})
+        return result(
+            (self.time_ns - begun) * 1e-9, 0.5, counts={"a.imu": ticks}, observations={"a": {"imu": self.time_ns}}
+        )
 
 
 class Course:
@@ -89,7 +93,7 @@ def plan(duration_s: float, *, missions: bool = False) -> Plan:
 def test_segments_end_at_multiples_of_their_length(
     begins_s: float, asked: list[float], kept: list[float], course: Course
 ) -> None:
-    """Also those of a run that goes on from within one; the rest of the time is the last. Missions that end stop none."""
+    """Also those of a run that goes on from within one; the rest of the time is the last one."""
     sim = Sim(begins_s, missions_s=0.1)
     whole = course.run(sim, plan(1.25))
     assert (sim.asked, course.kept, whole.ended) == (asked, kept, "time")
@@ -97,6 +101,7 @@ def test_segments_end_at_multiples_of_their_length(
     assert whole.wall_s == pytest.approx(0.5 * len(asked))
     assert whole.counts == {"a.imu": round(100 * (1.25 - begins_s))}
     assert [t for t, _ in course.told] == pytest.approx([begins_s + 0.01 * (k + 1) for k in range(len(course.told))])
+    assert whole.observations == {"a": {"imu": 1_250_000_000}}
     assert {of for _, of in course.told} == {1.25}
     assert Plan.load(course.folder) == plan(1.25)
 
