@@ -50,8 +50,10 @@ def environment(kind="HoveringAUV", more=(), **keys):
 
 
 def test_many_ticks_are_one_step_but_for_the_last_two():
-    """Of which the first is there for the acceleration over the second."""
-    env = environment(more=[agent("BlueROV2", name="auv1")])
+    """Of which the first is there for the acceleration over the second, and has its own from the step before."""
+    env, seen = environment(more=[agent("BlueROV2", name="auv1")]), []
+    advance = lambda: seen.append(env.motions["auv0"].acceleration[0])
+    env.media = SimpleNamespace(flights=[], beams=[], advance=advance)
     for count, steps, ticks in ((10, [8, 1, 1], 10), (2, [1, 1], 12), (3, [1, 1, 1], 15), (1, [1], 16)):
         env._sim.steps, before = env._sim.steps[:], len(env._sim.steps)
         state = env.tick(count)
@@ -61,6 +63,7 @@ def test_many_ticks_are_one_step_but_for_the_last_two():
         assert env.agents["auv0"].sensors["LocationSensor"].tick_count == ticks % 3
         assert ("LocationSensor" in state["auv0"]) == ((ticks - 1) % 3 == 0)
         gained = 0.01 * (ticks**2 - (ticks - 1) ** 2) * 60
+        assert seen[-2:] == pytest.approx([gained - 0.02 * 60, gained])
         assert env.motions["auv0"].acceleration == pytest.approx([gained, 0, 0])
         assert env.motions["auv1"].acceleration == pytest.approx([-gained, 0, 0])
 
