@@ -34,6 +34,12 @@ class Kept:
     def steer(self, agent: str, values: Any, source: str) -> None:
         self.orders.append(("steer", list(values)))
 
+    def put(self, order: Any) -> None:
+        self.orders.append((order.kind, order.data["values"]))
+
+    def refuse(self, reason: str) -> None:
+        self.orders.append(("refused", reason.partition(":")[0]))
+
     def write_down(self) -> None:
         """Nothing."""
 
@@ -80,10 +86,49 @@ def test_a_heartbeat_a_second_says_what_it_is_and_states_come_at_their_rate(vehi
     states = [0, 280, 560, 840, 1120, 1400, 1680, 1960] * 2  # the first boundary 250 ms after the last, or later
     for name in ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "VFR_HUD"):
         assert times[name] == states
+    assert {message.get_srcSystem() for _, message in said} == {7}
     beat = said[0][1]
     assert (beat.type, beat.autopilot) == (getattr(mavlink, f"MAV_TYPE_{kind}"), mavlink.MAV_AUTOPILOT_GENERIC)
     assert beat.base_mode == mavlink.MAV_MODE_FLAG_SAFETY_ARMED | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
     assert beat.system_status == mavlink.MAV_STATE_ACTIVE
+
+
+def test_a_target_is_a_place_on_the_map_or_a_velocity_of_the_body(free_port: int) -> None:
+    """By the bits of what is to be ignored: 7 of the place, 56 of the velocity, 2048 of the rate of yaw."""
+    exchange = exchange_of("remus100")
+    door = MavlinkDoor(exchange, MavlinkConfig(type="mavlink", port=free_port))
+    peer = mavlink.MAVLink(None, srcSystem=250, srcComponent=190)
+    for mask, frame in ((0o70, 1), (0o70, 8), (0o7, 8), (0o7, 1), (0, 1), (0o7 | 2048, 8), (0o17, 8), (0o71, 1)):
+        target = (0, 1, 1, frame, mask, 4.0, -5.0, 6.0, 0.5, -0.25, 0.125, 0, 0, 0, 0, -0.75)
+        door.take(mavlink.MAVLink_set_position_target_local_ned_message(*target).pack(peer))
+    door.close()
+    place, no = ("waypoint", [4.0, 5.0, -6.0]), ("refused", "SET_POSITION_TARGET_LOCAL_NED")
+    turning, straight = (("velocity", [0.5, 0.25, -0.125, 0.0, 0.0, rate]) for rate in (0.75, 0.0))
+    assert exchange.inbox.orders == [place, no, turning, no, place, straight, no, no]
+
+
+@pytest.mark.parametrize(("begun", "waited", "told"), [(True, 1.25, 1), (False, 0.25, 0)])
+def test_px4_is_waited_for_once_it_has_begun(
+    begun: bool, waited: float, told: int, free_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a clock on which a look for an answer takes 50 ms; while it boots, for the time between two messages."""
+    exchange, now = exchange_of("wamv"), [70.0]
+    link: Any = Px4Link(exchange, Px4Config(type="px4", port=free_port, rate_hz=4.0, answer_s=1.25))
+    link._peer, link._begun = SimpleNamespace(close=lambda: None), begun
+
+    def look() -> bool:
+        now[0] += 0.05
+        return now[0] > 80.0
+
+    link._receive = look
+    monkeypatch.setattr("pelagos.bridges.px4.time", SimpleNamespace(monotonic=lambda: now[0]))
+    link.wait(exchange.sim)
+    assert now[0] - 70.0 == pytest.approx(waited, abs=0.051)
+    assert link.troubles["sensor messages without an answer"] == told
+    now[0] = 80.0
+    link.wait(exchange.sim)  # answered at the first look
+    assert (now[0], link.answered) == (pytest.approx(80.05), 1)
+    link.close()
 
 
 def test_px4_gets_sensors_each_time_and_a_position_ten_times_a_second(free_port: int) -> None:

@@ -68,6 +68,8 @@ def ship(out: Path) -> None:
         (lambda p: video.video(p, p, SimpleNamespace(chase=True, camera="eye", sonar=None, panels=False)),
          "one kind of film at a time, not --chase and --camera"),
         (lambda p: world._check([p / "dir.png"]), "dir.png: this is a folder; give a file"),
+        (lambda p: world._check([p]), "give a new or empty folder"),
+        (lambda p: world._check([p / "new", p / "no" / "it"]), "no does not exist"),
         (lambda p: view.show(p / "file.yaml", [], view.ViewOptions(speed=100.5)), "as fast as it goes; not 100.5"),
         (lambda p: view.show(p / "file.yaml", [], view.ViewOptions(speed=-0.1)), "as fast as it goes; not -0.1"),
         (lambda p: ship(p / "a.jpg"), "give a file that ends in .png, in a folder"),
