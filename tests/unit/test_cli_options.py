@@ -74,6 +74,7 @@ COMMANDS: list[tuple[str, str, tuple[Any, ...], dict[str, Any]]] = [
     ("recover b.csv", "recover.recover_file", (B, None), {"in_place": False}),
     ("recover b.csv --out out --in-place", "recover.recover_file", (B, OUT), {"in_place": True}),
     ("replay b.csv", "replay.replay", (B, ReplayOptions()), {}),
+    ("replay b.csv --foxglove --port 0", "replay.replay", (B, ReplayOptions(foxglove=True, port=0)), {}),
     ("replay b.csv --ros2 --foxglove --rosbag out --rate 2.5 --from 1.5 --to 4.5 --topic /a --topic /b --loop --port 7 "
      "--wait 0.75", "replay.replay",
      (B, ReplayOptions(True, True, OUT, 2.5, 1.5, 4.5, ("/a", "/b"), True, 0.75, 7)), {}),
