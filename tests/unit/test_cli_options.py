@@ -79,6 +79,7 @@ COMMANDS: list[tuple[str, str, tuple[Any, ...], dict[str, Any]]] = [
      "--wait 0.75", "replay.replay",
      (B, ReplayOptions(True, True, OUT, 2.5, 1.5, 4.5, ("/a", "/b"), True, 0.75, 7)), {}),
     ("dataset a.yaml", "dataset.make", (A, None, [], DatasetOptions()), {}),
+    ("dataset a.yaml --verify", "dataset.make", (A, None, [], DatasetOptions(verify=True)), {}),
     (f"dataset a.yaml out --workers 3 --ray local --shard 2/5 --verify --plan {BOTH}", "dataset.make",
      (A, OUT, ["x=1", "y=2"], DatasetOptions(3, "local", "2/5", True, True, True)), {}),
     ("sweep a.yaml", "sweep.sweep", (A, [], None, []),
