@@ -7,11 +7,12 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pelagos.bench import runner
+from pelagos.bench import runner, timing
 from pelagos.bench.case import Case, Measured, Reference, Result
 from pelagos.bench.check import BenchError, must
 from pelagos.bench.results import as_markdown
@@ -106,3 +107,21 @@ def test_a_process_of_its_own_does_not_inherit_this_ones_peak() -> None:
     code = "from pelagos.sim.memory import peak_memory_mb; print(peak_memory_mb())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert float(done.stdout) < 250 < ballast.nbytes / 2**20
+
+
+def test_calls_take_turns_and_the_median_of_each_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock of the test's own: at least five calls of each, and as many more as fill the time of the shorter."""
+    now, calls = [40.0], list[str]()
+    lengths = {
+        "a": iter([9.0, 0.1, 0.5, 0.2, 0.4, 0.3, 0.25, 0.45, 0.1]),
+        "b": iter([9.0, 2.0, 3.0, 1.0, 5.0, 4.0, 2.5, 3.5, 6.0]),
+    }
+
+    def call(name: str) -> None:
+        calls.append(name)
+        now[0] += next(lengths[name])
+
+    monkeypatch.setattr(timing, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    found = timing.seconds_in_turns(lambda: call("a"), lambda: call("b"), at_least_s=1.7, warm_up=1)
+    assert calls == ["a", "b"] * 7  # the sixth of a fills the time; the first of each warms up
+    assert found == pytest.approx([0.3, 3.0])

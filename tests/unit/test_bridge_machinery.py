@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,8 @@ import pytest
 import pelagos as pl
 from pelagos.bridges.door import TopicDoor
 from pelagos.bridges.exchange import Exchange
-from pelagos.bridges.machinery import battery_message, joint_message, supply_of
+from pelagos.bridges.machinery import Machinery, battery_message, joint_message, supply_of
+from pelagos.bridges.tap import Tap
 from pelagos.bridges.transport import MemoryTransport
 from pelagos.messages.store import deserialize
 from pelagos.sim.replay import Recording
@@ -88,3 +91,31 @@ def test_doors_say_it_and_recordings_do_not(sim: Simulation, tmp_path: Path) -> 
     assert (np.sign(said[-1].velocity) == [1, -1, 1, 1, 1, 1]).all()  # as commanded
     assert battery[-1].current < 0
     assert not [topic for topic in Recording(tmp_path / "a.mcap").channels if "joint" in topic or "battery" in topic]
+
+
+def test_it_is_said_at_most_every_50_ms_and_of_every_copy() -> None:
+    """At the first boundary in each twentieth of a second, whenever that comes, by the names of topics."""
+    vehicle = Vehicle.from_catalogue("remus100")
+    states = np.array([[0.25, -0.5, 1200.0], [-0.125, 0.375, -600.0]])
+    said: Any = SimpleNamespace(
+        n=2, time_ns=0, model=SimpleNamespace(agents={"auv[3]": SimpleNamespace(vehicle=vehicle)}),
+        state={"auv[3]": SimpleNamespace(actuators=states)},
+    )  # fmt: skip
+    tap = Tap()
+    machinery = Machinery(said, tap)
+    topics = {c.number: c.topic for c in tap.channels.values()}
+    assert sorted(topics.values()) == ["/env0/auv_3/joint_states", "/env1/auv_3/joint_states"]
+    alone = Tap()
+    Machinery(SimpleNamespace(**{**vars(said), "n": 1}), alone)  # type: ignore[arg-type]
+    assert [c.topic for c in alone.channels.values()] == ["/auv_3/joint_states"]
+    for ms in (0, 30, 70, 90, 100, 149, 170, 205):
+        said.time_ns = ms * 1_000_000
+        machinery.say(said)
+    messages = tap.take()
+    assert [m.t_ns // 1_000_000 for m in messages] == [t for t in (0, 70, 100, 170, 205) for _ in range(2)]
+    for copy, message in enumerate(messages[:2]):
+        found = deserialize("sensor_msgs/msg/JointState", bytes(message.data))
+        assert topics[message.channel] == f"/{found.header.frame_id.removesuffix('base_link')}joint_states"
+        assert found.header.frame_id == f"env{copy}/auv_3/base_link"
+        assert np.nansum(found.position) == pytest.approx(states[copy, :2].sum())
+        assert np.nansum(found.velocity) == pytest.approx(states[copy, 2] * math.pi / 30)

@@ -15,7 +15,21 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from pelagos.cli import console, dataset, fit, holoocean, learn, live_bar, signals, trusted, video, view, walk, world
+from pelagos.cli import (
+    console,
+    dataset,
+    fit,
+    fit_noise,
+    holoocean,
+    learn,
+    live_bar,
+    signals,
+    trusted,
+    video,
+    view,
+    walk,
+    world,
+)
 from pelagos.cli import main as commands
 from pelagos.cli.check import _level
 from pelagos.cli.explain import _range
@@ -54,6 +68,8 @@ def ship(out: Path) -> None:
         (lambda p: video.video(p, p, SimpleNamespace(chase=True, camera="eye", sonar=None, panels=False)),
          "one kind of film at a time, not --chase and --camera"),
         (lambda p: world._check([p / "dir.png"]), "dir.png: this is a folder; give a file"),
+        (lambda p: world._check([p]), "give a new or empty folder"),
+        (lambda p: world._check([p / "new", p / "no" / "it"]), "no does not exist"),
         (lambda p: view.show(p / "file.yaml", [], view.ViewOptions(speed=100.5)), "as fast as it goes; not 100.5"),
         (lambda p: view.show(p / "file.yaml", [], view.ViewOptions(speed=-0.1)), "as fast as it goes; not -0.1"),
         (lambda p: ship(p / "a.jpg"), "give a file that ends in .png, in a folder"),
@@ -231,3 +247,25 @@ def test_keys_of_noise_that_was_not_seen_are_told_as_zero() -> None:
     assert _keys_as_data(keys) == {
         "keys": {"noise_std_m": 0.0, "drift_std_m": 0.5}, "units": {"noise_std_m": "m", "drift_std_m": "m"},
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("means", "told"),
+    [
+        ((0.3, -0.4, -9.8), ""),
+        ((0.03, -0.04, 1.0), "make 1.001 m/s^2 together, and gravity is 9.81:"),  # in g
+        ((30.0, -40.0, 1000.0), "make 1001 m/s^2"),  # in mg
+        ((0.2, -0.3, 0.3), ""),  # gravity taken off
+        ((4.0, -7.0, 6.6), "make 10.42 m/s^2"),  # 6 % too much
+        ((4.0, -7.0, 6.2), ""),  # 4 %: an offset
+        ((0.0, -5.5, 7.4), "make 9.22 m/s^2"),
+        ((0.0, 6.0, -7.3), ""),
+        ((0.0, 1.0), ""),
+    ],
+)
+def test_accelerometers_at_rest_that_do_not_feel_gravity_are_told_of(means: tuple[float, ...], told: str) -> None:
+    axes: Any = [SimpleNamespace(mean=mean) for mean in means]
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        fit_noise._warn_of_gravity(axes, Path("it.csv"))
+    assert [told in str(w.message) for w in said] == [True] * bool(told)

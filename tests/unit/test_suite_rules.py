@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -54,6 +55,7 @@ TAKES_MORE = {  # physics in its equation's order, recorded kernels and bodies o
 def test_a_skip_that_nobody_expects_fails_the_run(pytester, monkeypatch, source, workers, status):
     monkeypatch.delenv("PELAGOS_ALLOW_SKIPS", raising=False)
     pytester.makeconftest((ROOT / "tests/conftest.py").read_text())
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")]))
     pytester.makepyfile(test_one=source, test_other="def test(): pass\n")
     result = pytester.runpytest_subprocess("-n", workers)
     assert result.ret == status
@@ -63,6 +65,7 @@ def test_a_skip_that_nobody_expects_fails_the_run(pytester, monkeypatch, source,
 def test_skips_can_be_allowed(pytester, monkeypatch):
     monkeypatch.setenv("PELAGOS_ALLOW_SKIPS", "1")
     pytester.makeconftest((ROOT / "tests/conftest.py").read_text())
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")]))
     pytester.makepyfile("import pytest\n@pytest.mark.skip(reason='some day')\ndef test(): pass\n")
     assert pytester.runpytest_subprocess("-n", "0").ret == 0
 
