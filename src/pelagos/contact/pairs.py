@@ -61,7 +61,8 @@ def body_table(
 
     Pose, velocities in the world frame, place of the mesh among `Shapes`, radius of the sphere that holds it.
     """
-    return jit.Float64(np.concatenate([position, attitude, velocity, spin, offset, radius[:, None]], axis=1).ravel())
+    rows = np.concatenate([position, attitude, velocity, spin, offset, radius[:, None]], axis=1)
+    return jit.from_numpy(jit.Float64, rows)
 
 
 def pair_contacts(scene: Any) -> Callable[..., Array]:

@@ -95,13 +95,15 @@ def hull_probes(
         grip: factor on a surface's friction.
     """
     length = np.linalg.norm(vectors, axis=1)
-    return HullProbes(
+    made = HullProbes(
         start=jit.Array3f64(np.ascontiguousarray(starts.T)),
         direction=jit.Array3f64(np.ascontiguousarray((vectors / length[:, None]).T)),
         length=jit.Float64(length),
         mass=jit.Float64(np.ascontiguousarray((mass + mass.T) / 2).ravel()),
         grip=jit.Float64(grip),
     )
+    jit.align(made)
+    return made
 
 
 def probe_wrench(

@@ -309,7 +309,7 @@ class Scene:
             material=jit.from_numpy(u32, _table(o.material)),
             tree=tree_of(boxes, boxes, self.copies),
             body_offset=_array3(offset, jit.Array3f),
-            body_radius=jit.Float(radius.astype(np.float32)),
+            body_radius=jit.from_numpy(jit.Float, radius),
             body_position=_array3(zero, jit.Array3f64),
             body_attitude=_array4f(upright(rows)),
             body_velocity=_array3(zero, jit.Array3f),
@@ -338,8 +338,12 @@ def _table(values: Sequence[int]) -> NDArray[np.uint32]:
 
 
 def _array3(values: NDArray[np.float64], kind: Any) -> Array:
-    return kind(np.ascontiguousarray(values.T, dtype=np.float64 if kind is jit.Array3f64 else np.float32))
+    made = kind(np.ascontiguousarray(values.T, dtype=np.float64 if kind is jit.Array3f64 else np.float32))
+    jit.align(made)
+    return made
 
 
 def _array4f(values: NDArray[np.float64]) -> Array:
-    return jit.Array4f(np.ascontiguousarray(values.T, dtype=np.float32))
+    made = jit.Array4f(np.ascontiguousarray(values.T, dtype=np.float32))
+    jit.align(made)
+    return made

@@ -182,7 +182,7 @@ class Collisions:
             padded = np.zeros((size, 2), dtype=np.int64)
             padded[: len(own)] = own
             call, arguments = self._call(name)
-            first, second = (jit.UInt32(padded[:, side].astype(np.uint32)) for side in (0, 1))
+            first, second = (jit.from_numpy(jit.UInt32, padded[:, side]) for side in (0, 1))
             packed = call(self._shapes.tables, *arguments[:2], table, first, second, arguments[2])
             found.append(read_contacts(packed, padded[:, 0], padded[:, 1]))
         return PairContacts.joined(found)

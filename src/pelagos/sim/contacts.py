@@ -81,6 +81,7 @@ class Contacts:
         self._now = {
             name: (jit.Array3f64(force), jit.Array3f64(moment)) for name, (force, moment) in memory["now"].items()
         }
+        jit.align(self._now)
         self.remembered = {name: list(kept) for name, kept in memory["remembered"].items()}
 
     def possible(self, rows: Rows, ticks: int) -> bool:

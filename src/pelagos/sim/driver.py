@@ -153,7 +153,7 @@ class Driver:
             rows.append(self._columns(channels(state)))
             if tells:
                 told.append(self._columns(heard.told()))
-        motion, *commands = (jit.Float64(np.concatenate(part).ravel()) for part in (rows, told) if part)
+        motion, *commands = (jit.from_numpy(jit.Float64, np.concatenate(part)) for part in (rows, told) if part)
         return self.pack(state), Trajectory(motion, self._n, len(ticks), ticks.start + 1, *commands)
 
     def _columns(self, values: list[Array]) -> NDArray[np.float64]:

@@ -78,9 +78,11 @@ class Trajectory:
         """Blocks that follow one another as one."""
         if len(blocks) == 1:
             return blocks[0]
-        packed = jit.Float64(np.concatenate([np.array(b.packed) for b in blocks]))
+        packed = jit.from_numpy(jit.Float64, np.concatenate([np.array(b.packed) for b in blocks]))
         told = [b.commands for b in blocks]
-        commands = None if any(c is None for c in told) else jit.Float64(np.concatenate([np.array(c) for c in told]))
+        commands = None
+        if not any(c is None for c in told):
+            commands = jit.from_numpy(jit.Float64, np.concatenate([np.array(c) for c in told]))
         return replace(blocks[0], packed=packed, ticks=sum(b.ticks for b in blocks), commands=commands)
 
     def due(self, period: int) -> range:

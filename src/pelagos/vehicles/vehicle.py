@@ -227,6 +227,7 @@ class Vehicle:
                 new[name] = jit.Array4f64(np.ascontiguousarray(flip_quaternion_np(unit).T))
             else:
                 new[name] = jit.Array3f64(np.ascontiguousarray(flip_yz_np(values).T))
+            jit.align(new[name])
         new["acceleration"], new["angular_acceleration"] = dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n)
         new["mode"], new["controller"] = dr.zeros(jit.Float64, n), [dr.zeros(jit.Float64, n) for _ in state.controller]
         placed = VehicleState(**new)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _MOMENTS: Final = 8  # at which the meter looks back
 _STOPS: Final = 8.0  # that the exposure can be behind
 _LONGEST: Final = 8.0  # [s] that it looks back at most
-_INNER: Final = 200  # lane of a tile that meters for it: beside its middle
+_INNER: Final = 95  # lane of a tile that meters for it: in its middle, column 7 and row 7
 
 
 def exposure_lag(caster: Caster, light: Lit, ripples: Ripple, frame: Frame[CameraConfig]) -> Array:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
     from pelagos.sensors.camera.picture.pixel_blur import PixelBlur
 
-_ROOT: Final = 1.167303978261418684256  # of x^6 = x + 1: five dimensions
+_ROOT: Final = 1.134724138401519  # of x^6 = x + 1: five dimensions (Roberts 2018)
 
 
 @jit.struct

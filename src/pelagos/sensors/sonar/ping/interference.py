@@ -244,7 +244,7 @@ def _heard(sources: Sequence[Emitter], coming: Arriving, pulses: Pulses) -> Hear
         jit.Float(padded(rows[:, 2])),
         jit.Float(padded(rows[:, 3], 1.0)),
     )
-    dr.make_opaque(made)
+    jit.align(made)
     return made
 
 

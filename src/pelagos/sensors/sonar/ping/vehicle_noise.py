@@ -134,8 +134,9 @@ class Bystanders:
         lanes = [at.lanes_of(dr.width(m.position), self._copies, len(self._carriers)) for m in motions]
         places = np.concatenate([jit.to_rows(m.position)[lane] for m, lane in zip(motions, lanes, strict=True)])
         copies = np.concatenate([np.array(m.copy)[lane] for m, lane in zip(motions, lanes, strict=True)])
-        t = jit.Float64(np.tile(np.array(motion.t_ns) * 1e-9, len(motions)))
-        water = jit.to_rows(self._ocean.current(jit.Array3f64(*np.ascontiguousarray(places.T)), t, jit.UInt32(copies)))
+        t = jit.from_numpy(jit.Float64, np.tile(np.array(motion.t_ns) * 1e-9, len(motions)))
+        place = jit.Array3f64(*(jit.from_numpy(jit.Float64, part) for part in places.T))
+        water = jit.to_rows(self._ocean.current(place, t, jit.from_numpy(jit.UInt32, copies)))
         water = np.broadcast_to(water, places.shape).reshape(len(motions), -1, 3)
         found = [
             self._of(agent, source, _Moving.of(m, lane, w), at)
@@ -260,5 +261,5 @@ def _struct(rows: Sequence[_Row], lanes: int) -> VehicleNoise:
         jit.Float(whole("level").astype(np.float32).ravel()),
         jit.Float(np.array([r.hull_m for r in rows], np.float32)),
     )
-    dr.make_opaque(made)
+    jit.align(made)
     return made
