@@ -133,6 +133,7 @@ def test_one_ray_a_tile_meters_for_it() -> None:
     assert (row // 16 * COLUMNS + column // 16).tolist() == list(range(12)) * IMAGES
     assert [PLACES[k] for k in np.array(where.ray)] == list(zip(row, column, strict=True))
     assert np.array_equal(np.array(where.active), (row < HEIGHT) & (column < WIDTH))
+    assert np.abs(np.array([row % 16, column % 16]) - 7.5).max() <= 0.5  # the middle: a last row of tiles has few rows
 
 
 def test_probes_of_blocks_of_32_lie_in_them() -> None:

@@ -38,6 +38,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.camera_rays import Frame, ViewConfig
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
+from pelagos.sensors.camera.picture.pixel_samples import ROOT
 from pelagos.sensors.camera.picture.radiance import Ambience
 from pelagos.sensors.camera.picture.scenery import Scenery, by_ray, depth_at, sea_from_above, sky_in_air
 
@@ -47,7 +48,6 @@ _REACH: Final = 60.0  # [m]
 _SHADOW_REACH: Final = 200.0  # [m]
 _STEPS: Final = 4
 _KEY: Final = (0x0004, 0x0004)
-_ROOT: Final = 1.134724138401519  # of x^6 = x + 1: five dimensions
 _START: Final = 0.02  # [m] off surfaces
 _GROWTH: Final = 1.5  # of diffuse light towards the surface, over its mean K; assumed
 _SHALLOW: Final = 0.02  # least depth of a camera [m]
@@ -344,7 +344,7 @@ def _draws(where: Pixels, tiling: Tiling, number: int) -> list[Array]:
     lane = dr.arange(jit.UInt32, dr.width(where.ray))
     place, block = lane % number, lane // number % _blocks(tiling).tiles
     words = [w for k in (0, 1) for w in philox((block, jit.UInt32(k), jit.UInt32(0), jit.UInt32(0)), _KEY)]
-    steps = [jit.UInt32(int(_ROOT ** -(d + 1) * 2**32)) for d in range(5)]
+    steps = [jit.UInt32(int(ROOT ** -(d + 1) * 2**32)) for d in range(5)]
     return [uniform32(words[d] + place * steps[d]) for d in range(5)]
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
     from pelagos.sensors.camera.picture.pixel_blur import PixelBlur
 
-_ROOT: Final = 1.134724138401519  # of x^6 = x + 1: five dimensions (Roberts 2018)
+ROOT: Final = 1.134724138401519  # of x^6 = x + 1: five dimensions (Roberts 2018)
 
 
 @jit.struct
@@ -53,7 +53,7 @@ def samples(number: Array, where: Pixels, frame: Frame[CameraConfig], key: Key) 
     shift = [uniform32(w) for w in words] + [uniform32(words[0] ^ (words[1] << 9) ^ (words[2] << 18))]
     u = []
     for d in range(5):
-        value = shift[d] + (jit.Float(number) + 0.5) * _ROOT ** -(d + 1)
+        value = shift[d] + (jit.Float(number) + 0.5) * ROOT ** -(d + 1)
         u.append(value - dr.floor(value))
     stratum = (jit.Float(number) + u[4]) / count - 0.5
     y, z = _polygon(u[2], u[3], blades, closed)
