@@ -327,6 +327,50 @@ def test_a_plan_that_cannot_be_meant_is_refused(change, said):
         load_plan({**PLAN, **change})
 
 
+def descent(*columns: str, **change: float) -> None:
+    """Read 40 s of a dive at 1.5 m/s with a pitch of some degrees and a heave, by its closed form, with columns times
+    `change`: the depth's rate is -u sin(pitch) + w cos(pitch).
+    """
+    t = 0.05 * np.arange(800)
+    pitch, w = -0.12 + 0.1 * np.sin(0.4 * t), 0.04 + 0.05 * np.cos(0.7 * t)
+    ahead, rate = 1.5 * np.cos(pitch) + w * np.sin(pitch), -1.5 * np.sin(pitch) + w * np.cos(pitch)
+    data = {"t": t, "u": np.full(len(t), 1.5), "w": w, "pitch": pitch, "heading": np.full(len(t), 0.7), "n1": t // 3}
+    for name, velocity in {"depth": rate, "north": np.cos(0.7) * ahead, "east": np.sin(0.7) * ahead}.items():
+        data[name] = 5 + np.concatenate([[0], np.cumsum(0.025 * (velocity[1:] + velocity[:-1]))])
+    data = {name: x * change.get(name, 1.0) for name, x in data.items()}
+    plan = {"columns": {name: name for name in columns}, "commands": {"left_propeller": "n1"}}
+    read_record(data, load_plan(plan))
+
+
+@pytest.mark.parametrize(
+    ("columns", "by"),
+    [
+        ("depth pitch u w", "w"),
+        ("depth pitch u", "the way ahead and the pitch"),
+        ("depth pitch north east heading", "the way ahead and the pitch"),
+    ],
+)
+@pytest.mark.parametrize(("times", "unit"), [(1.0, ""), (100.0, "cm"), (1 / 1852, "nmi")])
+def test_a_depth_in_another_unit_than_the_descent_is_refused(columns, by, times, unit):
+    if not unit:
+        descent(*columns.split())
+        return
+    said = (
+        f"column 'depth' as depth changes .* as fast as the vehicle descends by {by}, as if it were in {unit} and not"
+    )
+    with pytest.raises(InputError, match=said):
+        descent(*columns.split(), depth=times)
+
+
+def test_a_depth_in_feet_or_upwards_is_refused_where_heave_is_measured():
+    with pytest.raises(InputError, match=r"changes 3\.2[78] times .* as if it were in ft and not in m: give unit: ft"):
+        descent("depth", "pitch", "u", "w", depth=1 / 0.3048)
+    with pytest.raises(InputError, match=r"falls where the vehicle descends by w \(correlation -1\.00\)"):
+        descent("depth", "pitch", "u", "w", u=-1, w=-1)
+    descent("depth", "pitch", "u", u=-1)  # a heave may do that
+    descent("depth", "w", "north", depth=20)  # what pitches descends by its way ahead
+
+
 def test_one_cell_is_one_cell():
     def hole(d):
         d["psi"][7] = np.nan

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from pelagos.identification.coordinates import STILL, UNITS, normal_size, number
 from pelagos.identification.record import Record
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 _DIGITS = 3  # of R2, as printed
 _LEVEL = ("depth", "roll", "pitch", "w", "p", "q")  # 0 of a vehicle of three degrees of freedom
+_WORSE = 1.5  # times the squares before the fit: worse, however few the shots
+_SURE = 0.95  # that the unseen part is predicted worse
 _FAR = 3.0  # of the sizes of residuals, as `sigma` says and as they are
 _MISSED = 3.0  # times what other shots are off, as models that are not perfect seldom do
 
@@ -144,6 +148,20 @@ def _unseen(test: Score, before: Score) -> Iterator[str]:
     worse = [
         f"{n} {r2:.{_DIGITS}f} (priors {before.r2[n]:.{_DIGITS}f})"
         for n, r2 in test.r2.items() if n in before.r2 and round(r2, _DIGITS) < round(before.r2[n], _DIGITS)
+        and _surely_larger(test.squares[n], before.squares[n])
     ]  # fmt: skip
     if worse:
         yield f"unseen part: R2 is worse than before the fit: {', '.join(worse)}"
+
+
+def _surely_larger(squares: NDArray[np.float64], before: NDArray[np.float64]) -> bool:
+    """Whether squared differences by shot `(s,)` have grown by more than chance, or by half.
+
+    Noise of the states from which shots begin is in both alike, and may fall out for either, shot by shot: growth
+    counts where it is larger than its own scatter over the shots, by Student's law (95 %, one-sided).
+    """
+    grown, shots = squares - before, len(squares)
+    if shots == 1 or squares.sum() > _WORSE * before.sum():
+        return True
+    unsure = float(stdtrit(shots - 1, _SURE)) * grown.std(ddof=1) / np.sqrt(shots)
+    return bool(grown.mean() > unsure)

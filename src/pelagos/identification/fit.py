@@ -81,13 +81,14 @@ class Estimate:
 class Score:
     """Open loop against a record, by coordinate: R2 = 1 - sum of squares / variance about the mean, and rms.
 
-    What does not change in the record has no R2.
+    What does not change in the record has no R2. squares: by coordinate, sums of squared differences by shot `(s,)`.
     """
 
     r2: Mapping[str, float]
     rms: Mapping[str, float]
     shots: int
     seconds: float
+    squares: Mapping[str, NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -360,14 +361,15 @@ def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Rec
     names = tuple(n for n in COORDINATES if record.values(n) is not None)
     wanted = target(record, fresh, names)
     off = wanted.differences(seen)
-    r2, rms = {}, {}
+    r2, rms, squares = {}, {}, {}
     for k, name in enumerate(names):
         known = np.isfinite(off[:, k])
         spread = float(((wanted.wanted[:, k] - wanted.wanted[:, k][known].mean())[known] ** 2).sum())
         if spread > known.sum() * STILL**2:
             r2[name] = 1 - float((off[:, k][known] ** 2).sum()) / spread
         rms[name] = float(np.sqrt((off[:, k][known] ** 2).mean()))
-    return Score(r2, rms, len(shots), len(shots) * shots.steps * record.step_s)
+        squares[name] = np.where(known, off[:, k] ** 2, 0.0).sum(axis=0)
+    return Score(r2, rms, len(shots), len(shots) * shots.steps * record.step_s, squares)
 
 
 def _some(shots: Shots, which: slice) -> Shots:

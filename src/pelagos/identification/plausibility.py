@@ -25,6 +25,8 @@ _STEADY: Final = 0.05  # of the speed over ground: a velocity that says nothing 
 _FASTER: Final = 5.0  # than the speed over ground: in a unit that makes a heading of one that hardly turns
 _LIKE: Final = 0.9  # correlation of a velocity and its pose's slope
 _AS_UNIT: Final = 0.1  # of a factor between units; the nearest two of one kind are 1.8 apart
+_DISTANT, _AS_DISTANT_UNIT = 10.0, 0.3  # a factor between units that no angle of attack explains, and its tolerance
+_STEEP: Final = 1.0  # a pitch beyond which the way ahead says little of the descent [rad]
 _ENOUGH: Final = 20  # rows
 _FAULTS: Final = 0.02  # share of rows that may jump, as trackers do
 _ABRUPT: Final = 20.0  # of the usual change from row to row, about there and anywhere
@@ -165,6 +167,59 @@ def _explained(heading: NDArray[np.float64], way: NDArray[np.float64]) -> float:
     if np.hypot(*found[:2]) > _FASTER * speed:
         return 0.0
     return 1 - float(np.mean((basis @ found - way.T.ravel()) ** 2)) * 2 / scatter
+
+
+def along_its_descent(sinking: NDArray[np.float64], measured: Table, slopes: Table, plan: Plan, where: str) -> None:
+    """Refuse a depth that goes with the descent by w, or by the way and the pitch, in another unit or upwards.
+
+    Args:
+        sinking: rate of the depth `(n,)` [m/s].
+        measured, slopes: by coordinate `(n,)`, of which slopes of a whole pose hold the depth's own rate.
+        plan: has the columns; where: for messages.
+    """
+    descent = _descent(measured, slopes)
+    if descent is None:
+        return
+    known = np.isfinite(sinking) & np.isfinite(descent)
+    rate, way = sinking[known], descent[known]
+    if known.sum() < _ENOUGH or rate.std() == 0 or way.std() == 0:
+        return
+    like, ratio = float(np.corrcoef(rate, way)[0, 1]), float(rate.std() / way.std())
+    by = "w" if "w" in measured else "the way ahead and the pitch"
+    label = f"{where}: column {plan.columns['depth'].column!r} as depth"
+    complete = "w" in measured and "pitch" in measured  # a heave that was not measured may go against the rest
+    if complete and like < -_LIKE and abs(ratio - 1) < _AS_DISTANT_UNIT:
+        raise InputError(
+            f"{label} falls where the vehicle descends by {by} (correlation {like:.2f}): a height, or the other sign "
+            "of these? Give scale: -1"
+        )
+    own = plan.columns["depth"].unit or "m"
+    for unit in UNITS_OF["m"]:
+        other = UNIT_SCALES[own] / UNIT_SCALES[unit]
+        near = _AS_UNIT if max(other, 1 / other) < _DISTANT else _AS_DISTANT_UNIT
+        if like > _LIKE and unit != own and abs(ratio / other - 1) < near:
+            raise InputError(
+                f"{label} changes {ratio:.3g} times as fast as the vehicle descends by {by}, as if it were in {unit} "
+                f"and not in {own}: give unit: {unit}, or mend the unit of the others or of the time"
+            )
+
+
+def _descent(measured: Table, slopes: Table) -> NDArray[np.float64] | None:
+    """Velocity downwards without the depth [m/s], from body velocities or the way ahead; None where nothing says it."""
+    pitch, roll = measured.get("pitch"), measured.get("roll", np.float64(0))
+    if "w" in measured and pitch is not None:
+        across = measured.get("v", np.float64(0)) * np.sin(roll) + measured["w"] * np.cos(roll)
+        return across * np.cos(pitch) - measured.get("u", np.float64(0)) * np.sin(pitch)
+    if "w" in measured and not {"u", "north", "east"} & measured.keys():  # a motion up and down alone
+        return measured["w"]
+    if pitch is None or np.abs(pitch[np.isfinite(pitch)]).max(initial=0) > _STEEP:
+        return None
+    if "u" in measured:
+        return -measured["u"] * np.sin(pitch)
+    if not {"north", "east", "heading"} <= measured.keys():
+        return None
+    below = slopes["v"] * np.sin(roll) + slopes["w"] * np.cos(roll)
+    return -(slopes["u"] * np.cos(pitch) + below * np.sin(pitch)) * np.tan(pitch)
 
 
 def along_slopes(measured: Table, slopes: Table, rows: NDArray[np.bool_], plan: Plan, where: str) -> None:

@@ -17,6 +17,7 @@ from pelagos.identification.clock import Clock, clock_of
 from pelagos.identification.coordinates import ANGLES, COORDINATES, RATES, UNITS
 from pelagos.identification.plan import ColumnConfig, Plan
 from pelagos.identification.plausibility import (
+    along_its_descent,
     along_its_way,
     along_slopes,
     between_jumps,
@@ -268,6 +269,8 @@ def _gridded(
         )
     slopes = _slopes(found, runs, h, plan.smooth_s)
     along_slopes(found, slopes, _rows(runs, n), plan, where)
+    if "depth" in found:
+        along_its_descent(rate_of(found["depth"], runs, h, plan.smooth_s), found, slopes, plan, where)
     slopes = {name: x for name, x in slopes.items() if name not in found}
     return Record(clock.start_s, float(h), found, slopes, held, runs, plan.start)
 
