@@ -164,3 +164,32 @@ def test_a_sigma_that_the_residuals_contradict_is_told(times: float, said: str):
         size = float(found[0].split(" leaves has ")[1].split(" rad")[0])
         assert found[0].startswith("sigma of heading is 0.02 rad, but what the fit leaves has ")
         assert size == pytest.approx(times * 0.02, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("after", "told"),
+    [
+        ([2.6, 2.5, 4.4], False),  # larger by 0.17 +- 0.33 in the mean: one more shot might turn it
+        ([2.4, 3.5, 4.6], True),  # by 0.5 +- 0.06, of which Student's law for 2 takes 2.92 times
+        ([2.1, 3.2, 4.7], False),  # by 0.33 +- 0.19
+        ([2.0, 3.0, 9.0], True),  # by more than half
+    ],
+)
+def test_a_fit_is_worse_than_its_priors_by_more_than_the_scatter_of_shots(after: list[float], told: bool):
+    before = SimpleNamespace(r2={"q": 0.5}, squares={"q": np.array([2.0, 3.0, 4.0])})
+    made = SimpleNamespace(
+        estimates=(), found=SimpleNamespace(settled=True), before=before,
+        plan=SimpleNamespace(sigma={}, actuators_from="unknown"),
+        test=SimpleNamespace(r2={"q": 0.49}, squares={"q": np.array(after)}),
+    )  # fmt: skip
+    assert doubts_of_fit(made) == ("unseen part: R2 is worse than before the fit: q 0.490 (priors 0.500)",) * told
+
+
+def test_of_one_shot_any_growth_is_worse():
+    before = SimpleNamespace(r2={"q": 0.5}, squares={"q": np.array([2.0])})
+    test = SimpleNamespace(r2={"q": 0.49}, squares={"q": np.array([2.1])})
+    made = SimpleNamespace(
+        estimates=(), found=SimpleNamespace(settled=True), before=before, test=test,
+        plan=SimpleNamespace(sigma={}, actuators_from="unknown"),
+    )  # fmt: skip
+    assert len(doubts_of_fit(made)) == 1
