@@ -285,3 +285,19 @@ def test_banks_that_cannot_be_are_refused():
         pl.Vehicle.from_catalogue("remus100", terms={"walls": {"type": "bank", "draught_m": 0.1}})
     with pytest.raises(PelagosError, match="draught_m"):
         pl.Vehicle.from_dict(ship(terms={"float": ship()["terms"]["float"], "walls": {"type": "bank"}}))
+    with pytest.raises(ScenarioError, match="for monohulls; this vehicle floats on hulls beside each other"):
+        pl.Vehicle.from_catalogue("otter", terms={"walls": {"type": "bank", "draught_m": 0.13}})
+
+
+@pytest.mark.parametrize(
+    ("draught", "block"), [(0.29, "1.03"), (1.21, "0.248"), (500.0, "0.0006"), (0.3, ""), (1.19, "")]
+)
+def test_a_draught_that_length_beam_and_mass_contradict_is_refused(draught: float, block: str):
+    """Of 2.7 m^3 in 6 m x 1.5 m: a box of 0.3 m, or a fourth of 1.2 m."""
+    given = ship()
+    given["terms"]["walls"]["draught_m"] = draught
+    if not block:
+        pl.Vehicle.from_dict(given)
+        return
+    with pytest.raises(ScenarioError, match=rf"a block coefficient of {block}.*; give 0\.294 to 1\.2 m"):
+        pl.Vehicle.from_dict(given)

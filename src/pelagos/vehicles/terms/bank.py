@@ -8,6 +8,7 @@ from typing import ClassVar, Final, Literal
 
 import drjit as dr
 
+from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Vector, add, dot
 from pelagos.hydro.bank import Wall, bank_added_mass, bank_wrench, floating_dipoles
 from pelagos.hydro.images import Dipoles
@@ -20,6 +21,7 @@ from pelagos.vehicles.wetness import Keeps
 WALLS: Final = 2
 """Most walls that a ship feels at once: those of a quay and of what is opposite, or of a channel."""
 
+_BLOCK: Final = (0.25, 1.02)  # least and largest block coefficient: of fine yachts, and of boxes with some rounding
 _LEVEL: Final = (0, 1, 5)  # surge, sway and yaw among six
 
 
@@ -35,16 +37,27 @@ class BankConfig(PartConfig):
 
     type: Literal["bank"]
     draught_m: Positive
-    """[m]; less than 1.2 of it of water acts as 1.2."""
+    """[m]; less than 1.2 of it of water acts as 1.2. By it, length and beam the block coefficient is 0.25 to 1."""
 
     def build(self, body: Body) -> Bank:
         """The term.
 
         Raises:
-            ScenarioError: the vehicle does not float.
+            ScenarioError: the vehicle does not float, or on hulls beside each other, or its draught is not that of a
+                hull of its size and mass.
         """
         check_floats(body, "bank")
+        if body.afloat is not None and any(hull.mirror for hull in body.afloat.hulls):
+            raise ScenarioError("a bank term is for monohulls; this vehicle floats on hulls beside each other")
         added, displaced = body.added.diagonal()[:2].tolist(), float(body.displaced[0, 0])
+        volume, (finest, fullest) = displaced / body.density, _BLOCK
+        least = volume / (body.length * body.beam)
+        if not finest <= least / self.draught_m <= fullest:
+            raise ScenarioError(
+                f"bank: draught_m: {self.draught_m:g} m is not that of one hull of {body.length:g} m x {body.beam:g} m "
+                f"that displaces {volume:.4g} m^3: a block coefficient of {least / self.draught_m:.3g}; "
+                f"give {least / fullest:.3g} to {least / finest:.3g} m"
+            )
         ahead = float(body.center_of_buoyancy[0])
         hull = floating_dipoles(body.length, body.beam, self.draught_m, ahead, added, displaced, body.density)
         return Bank(hull, SHALLOWEST * self.draught_m)
