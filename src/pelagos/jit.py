@@ -160,7 +160,9 @@ def align(*values: Any) -> None:
                 value[i] = part
         elif dr.is_array_v(kind):
             if not dr.is_mask_v(kind):
-                value += dr.opaque(kind, 0)  # in place; anything simpler keeps the memory
+                value += dr.opaque(
+                    kind, -0.0 if dr.is_float_v(kind) else 0
+                )  # in place; less keeps the memory, +0 signs
             dr.make_opaque(value)  # each for itself: a kernel for several would know which of them were aligned
         elif hasattr(kind, "DRJIT_STRUCT"):
             align(*(getattr(value, name) for name in kind.DRJIT_STRUCT))
