@@ -160,9 +160,7 @@ def align(*values: Any) -> None:
                 value[i] = part
         elif dr.is_array_v(kind):
             if not dr.is_mask_v(kind):
-                value += dr.opaque(
-                    kind, -0.0 if dr.is_float_v(kind) else 0
-                )  # in place; less keeps the memory, +0 signs
+                value += dr.opaque(kind, -0.0 if dr.is_float_v(kind) else 0)  # in place; signs of 0 stay
             dr.make_opaque(value)  # each for itself: a kernel for several would know which of them were aligned
         elif hasattr(kind, "DRJIT_STRUCT"):
             align(*(getattr(value, name) for name in kind.DRJIT_STRUCT))
