@@ -155,7 +155,7 @@ def _unseen(test: Score, before: Score) -> Iterator[str]:
 
 
 def _surely_larger(squares: NDArray[np.float64], before: NDArray[np.float64]) -> bool:
-    """Whether squared differences by shot `(s,)` have grown by more than chance, or by half.
+    """True if squared differences by shot `(s,)` have grown by more than chance, or by half.
 
     Noise of the states from which shots begin is in both alike, and may fall out for either, shot by shot: growth
     counts where it is larger than its own scatter over the shots, by Student's law (95 %, one-sided).

@@ -77,7 +77,7 @@ def _candidates(problem: Problem, found: Found) -> Iterator[tuple[int, int, NDAr
 
 
 def _may_be(parameter: Parameter, value: float) -> bool:
-    """Whether a parameter may have a value: within its bounds, and of its prior's sign where that is kept."""
+    """True for a value within a parameter's bounds, and of its prior's sign where that is kept."""
     return parameter.low <= value <= parameter.high and (not parameter.logarithmic or value * parameter.prior > 0)
 
 
