@@ -189,19 +189,19 @@ def to_rows(vectors: Array) -> Any:
 
 
 def padded(values: Any) -> Any:
-    """Flat values of a NumPy array, whose end is a packet of lanes or more away from that of its page of memory.
+    """Flat values of a NumPy array, aligned, whose end is a packet of lanes or more away from that of its page.
 
-    A kernel reads whole packets: of memory that is shared with NumPy some bytes beyond the end of an array. Where the
-    next page is nobody's, that ends the process.
+    A kernel reads whole packets, and so beyond the end of shared memory, which crashes if the next page is nobody's.
     """
     import numpy as np
 
     flat = np.ascontiguousarray(values).reshape(-1)
-    if (flat.ctypes.data + flat.nbytes - 1) % _PAGE < _PAGE - _PACKET:
+    if flat.ctypes.data % _PACKET == 0 and (flat.ctypes.data + flat.nbytes - 1) % _PAGE < _PAGE - _PACKET:
         return flat
-    longer = np.empty(flat.nbytes + _PACKET, dtype=np.uint8)[: flat.nbytes].view(flat.dtype)
-    longer[:] = flat
-    return longer
+    room = np.empty(flat.nbytes + 2 * _PACKET, dtype=np.uint8)
+    moved = room[-room.ctypes.data % _PACKET :][: flat.nbytes].view(flat.dtype)
+    moved[:] = flat
+    return moved
 
 
 def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:

@@ -19,6 +19,17 @@ def test_other_sizes_are_other_recordings() -> None:
         assert np.array_equal(np.array(twice(jit.Float64(x))), np.concatenate([x, 2 * x]))
 
 
+@pytest.mark.parametrize("count", [1, 3, 511, 4096])
+@pytest.mark.parametrize("off", [0, 1, 5, 31])
+def test_padded_arrays_begin_at_a_packet(off: int, count: int) -> None:
+    """Wherever they began: one kernel does for all."""
+    values = np.arange(off + count, dtype=np.float64)[off:] - 2.5
+    moved = jit.padded(values)
+    assert moved.ctypes.data % 256 == 0
+    assert moved.dtype == values.dtype
+    assert (moved == values).all()
+
+
 def test_numbers_among_the_arguments_are_not_taken_for_sizes() -> None:
     """Dr.Jit tells an object that it met before in the same call by its address, and Python has only one 2."""
     twice = jit.freeze(lambda x, held: dr.concat([x, held[0] * x]))

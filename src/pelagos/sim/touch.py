@@ -53,7 +53,7 @@ class Touch:
         arguments = (
             self._model.world.material_tables(),
             probes_of(vehicle),
-            jit.UInt32(np.full(rows, NO_BODY, dtype=np.uint32)),
+            dr.opaque(jit.UInt32, NO_BODY, rows),
             dr.arange(jit.UInt32, rows),
             dr.opaque(jit.Float64, self._model.clock.dt_ns * 1e-9),
         )
