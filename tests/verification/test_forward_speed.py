@@ -240,17 +240,19 @@ def pose(course: Any, ahead: Any, aside: Any, yaw: Any) -> tuple[Any, Any]:
 
 def excitation(vehicle: pl.Vehicle, ocean: Any, angle: np.ndarray, u: np.ndarray, met: np.ndarray) -> np.ndarray:
     """Amplitudes `(lanes, 6)` of exp(i w t), w met: of the load on a hull that is held on its course at its speed."""
-    sea, found = vehicle.model.sea, []
+    sea, found, n = vehicle.model.sea, [], 32
     assert sea is not None
-    for one, speed, w in zip(angle.tolist(), u.tolist(), met.tolist(), strict=True):
-        t = np.arange(32) / 32 * 2 * np.pi / w
-        time, zero = jit.Float64(t), dr.zeros(jit.Float64, 32)
-        place, attitude = pose(jit.Float64(-one) + zero, speed * time, zero, zero)
-        flow = vehicle.flow(Rigid(place, attitude, [speed + zero, *[zero] * 5]), ocean, time)
-        assert flow.seaway is not None
+    t = np.arange(n) / n * 2 * np.pi / met[:, None]
+    time, course, ahead = (jit.from_numpy(jit.Float64, v) for v in (t, np.repeat(-angle, n), np.repeat(u, n)))
+    zero = dr.zeros(jit.Float64, n * len(u))
+    place, attitude = pose(course, ahead * time, zero, zero)
+    seaway = vehicle.flow(Rigid(place, attitude, [ahead, *[zero] * 5]), ocean, time).seaway
+    assert seaway is not None
+    loads, velocities = ([x + zero for x in v] for v in (seaway.load, seaway.velocity))
+    dr.eval(loads, velocities)
+    for lane, (speed, w) in enumerate(zip(u.tolist(), met.tolist(), strict=True)):
         load, velocity = (
-            harmonic(np.array([np.array(x + zero) for x in v]).T, t, w)
-            for v in (flow.seaway.load, flow.seaway.velocity)
+            harmonic(np.array([np.array(x)[lane * n :][:n] for x in v]).T, t[lane], w) for v in (loads, velocities)
         )
         infinite = np.array(sea.added)
         past = np.eye(6) - speed / (1j * w) * SLOPE.T
