@@ -18,7 +18,6 @@ import dataclasses
 import functools
 import gc
 import os
-import platform
 import threading
 import weakref
 from collections.abc import Callable
@@ -27,6 +26,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar, cast,
 from pelagos.errors import DeviceError
 from pelagos.kernel_check import explained, watched
 from pelagos.llvm import find_llvm, limit_lanes
+from pelagos.subnormals import FLUSHING, flush_subnormals, forget_threads
 
 MAX_THREADS: Final = 1024
 Device: TypeAlias = Literal["cpu", "cuda"]
@@ -145,9 +145,9 @@ def _free_of_constants(value: Any) -> Any:
 def align(*values: Any) -> None:
     """Put arrays, and those in structs, lists and dictionaries, into memory of Dr.Jit's own, evaluated, in place.
 
-    What is made of a NumPy array shares its memory, which may begin anywhere. Dr.Jit reads aligned memory faster, and
-    by other instructions: a kernel that was recorded or cached for the one must be compiled anew for the other. So all
-    tables that are made once, and then go into kernels, are aligned.
+    What is made of a NumPy array shares its memory, which may begin anywhere. Dr.Jit reads aligned memory faster, by
+    other instructions: a kernel for the one must be compiled anew for the other. So all tables that are made once, and
+    then go into kernels, are aligned.
     """
     import drjit as dr
 
@@ -159,8 +159,10 @@ def align(*values: Any) -> None:
                 align(part)
                 value[i] = part
         elif dr.is_array_v(kind):
-            if not dr.is_mask_v(kind):
-                value += dr.opaque(kind, -0.0 if dr.is_float_v(kind) else 0)  # in place; signs of 0 stay
+            if dr.is_mask_v(kind):
+                value &= dr.opaque(kind, True)  # in place
+            else:
+                value += dr.opaque(kind, -0.0 if dr.is_float_v(kind) else 0)  # signs of 0 stay
             dr.make_opaque(value)  # each for itself: a kernel for several would know which of them were aligned
         elif hasattr(kind, "DRJIT_STRUCT"):
             align(*(getattr(value, name) for name in kind.DRJIT_STRUCT))
@@ -227,7 +229,7 @@ def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         collects = gc.isenabled()
         gc.disable()
-        if threading.get_ident() not in _FLUSHING:
+        if threading.get_ident() not in FLUSHING:
             flush_subnormals()
         try:
             return frozen(*arguments)
@@ -284,41 +286,6 @@ def _kind_of(argument: type) -> str:
     elif hasattr(argument, "DRJIT_STRUCT"):
         kind = "keyed" if hasattr(argument, "size_key") else "struct"
     return _KINDS.setdefault(argument, kind)
-
-
-_FLUSHING: Final[set[int]] = set()  # threads
-_FORKED: Final[list[int]] = []  # the process, where it was forked from one that had chosen its device
-
-
-def _after_fork() -> None:
-    _FLUSHING.clear()  # so that the next call looks
-    _FORKED.append(os.getpid())
-
-
-def flush_subnormals() -> None:
-    """Have the calling thread take numbers below 1.2e-38 (single), 2.2e-308 (double) for 0, as Dr.Jit's own threads do.
-
-    The calling thread computes a share of a kernel, and all of it where it is the only one: without this, what is that
-    small would depend on the number of threads. The mode is bits of a register that C's `fesetenv` sets.
-    """
-    import ctypes
-
-    if _FORKED:
-        raise DeviceError(
-            "this process was forked from one that had used Pelagos, whose threads it lacks; start workers with "
-            "multiprocessing.get_context('spawn'), or fork before the first simulation is made"
-        )
-    _FLUSHING.add(threading.get_ident())
-    x86, system = platform.machine().lower() in ("x86_64", "amd64", "i686"), platform.system()
-    if system == "Windows":
-        ctypes.CDLL("ucrtbase")._controlfp_s(ctypes.byref(ctypes.c_uint()), 0x01000000, 0x03000000)  # _DN_FLUSH
-        return
-    # where the register stands in fenv_t [bytes], and its bits: MXCSR's flush-to-zero and denormals-are-zero, FPCR's FZ
-    at, bits = ((4 if system == "Darwin" else 28), 0x8040) if x86 else ((8 if system == "Darwin" else 0), 1 << 24)
-    library, environment = ctypes.CDLL(None), (ctypes.c_uint32 * 16)()
-    if hasattr(library, "fegetenv") and library.fegetenv(environment) == 0:
-        environment[at // 4] |= bits
-        library.fesetenv(environment)
 
 
 def new_scope() -> None:
@@ -380,7 +347,7 @@ def _start() -> None:
         limit_lanes(os.environ["PELAGOS_LANES"])
     flush_subnormals()
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=_after_fork)
+        os.register_at_fork(after_in_child=forget_threads)
     backend = dr.cuda.ad if chosen == "cuda" else dr.llvm.ad
     found = {ours: getattr(backend, theirs) for ours, theirs in _NAMES.items()}
     globals().update(found, mi=mitsuba, device=chosen)

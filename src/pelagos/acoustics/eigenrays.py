@@ -160,7 +160,7 @@ class _Hunt:
         width = max(_LEAST_LANES, 1 << (count - 1).bit_length()) if count else _LEAST_LANES
         rows = np.zeros((4, width))
         rows[:, :count] = path, self.source[path], angle, self.reach[path]
-        packed = _traced()(self.water, self.floor, jit.Float64(rows.ravel()), jit.UInt32(self.bounces))
+        packed = _traced()(self.water, self.floor, jit.Float64(jit.padded(rows)), jit.UInt32(self.bounces))
         z, sine, slowness, time, length, loss, spread, real, imaginary, *counts = packed.numpy().reshape(13, width)[
             :, :count
         ]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.driver import Driver, Wrench
-from pelagos.sim.set_points import columns, exact
+from pelagos.sim.set_points import columns, on_device
 from pelagos.sim.state import mixed
 from pelagos.sim.trajectory import Trajectory
 from pelagos.vehicles.nearby import Walls
@@ -164,8 +164,8 @@ class BatchRun:
             states[:, rows] = np.array(other).reshape(-1, len(self.row))[:, rows]
             motion[:, rows] = moved.numpy()[:, rows]
             told[:, rows] = moved.told()[:, rows]
-        commands = None if trajectory.commands is None else exact(told)
-        return exact(states), replace(trajectory, packed=exact(motion), commands=commands)
+        commands = None if trajectory.commands is None else on_device(told)
+        return on_device(states), replace(trajectory, packed=on_device(motion), commands=commands)
 
     def _order(self, rows: slice) -> Order:
         if len(self.orders) == 1:  # it holds all rows
@@ -175,4 +175,4 @@ class BatchRun:
 
 def _packed(parts: Sequence[Mapping[str, Any]], name: str) -> Array:
     """Packed states of several agents as one."""
-    return exact(np.concatenate([part[name] for part in parts], axis=1))
+    return on_device(np.concatenate([part[name] for part in parts], axis=1))

@@ -57,7 +57,7 @@ class Boundaries:
         if batch.name in self._untold:
             self._tell_of_the_end(batch, row)
         call, arguments = self._calls[batch.name]
-        attitude = jit.Array4f64(np.ascontiguousarray(row[:, 3:7].T))
+        attitude = jit.Array4f64(*(jit.padded(column) for column in row[:, 3:7].T))
         position = vectors(row[:, 0:3])
         dr.make_opaque(attitude, position)
         return call(position, attitude, *arguments)

@@ -20,15 +20,12 @@ if TYPE_CHECKING:
 
 def vectors(values: NDArray[np.float64]) -> Array:
     """`(m, 3)` as `Array3f64` in memory of Dr.Jit's own."""
-    return jit.Array3f64(*(exact(column) for column in values.T))
+    return jit.Array3f64(*(on_device(column) for column in values.T))
 
 
-def exact(values: NDArray[np.float64]) -> Array:
-    """The same bits in memory of Dr.Jit's own; `jit.from_numpy` makes 0.0 of -0.0."""
-    made = jit.Float64(jit.padded(values)) * dr.opaque(jit.Float64, 1.0)
-    dr.eval(made)
-    dr.sync_thread()  # the NumPy array may go
-    return made
+def on_device(values: NDArray[np.float64]) -> Array:
+    """Flat `Float64` in memory of Dr.Jit's own."""
+    return jit.from_numpy(jit.Float64, values)
 
 
 def columns(values: NDArray[np.float64]) -> tuple[list[Array], object]:

@@ -29,7 +29,7 @@ from pelagos.sim.observed import Observed
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.schedule import Schedule
 from pelagos.sim.sensing import Sensing
-from pelagos.sim.set_points import exact, idle, vectors
+from pelagos.sim.set_points import idle, on_device, vectors
 from pelagos.sim.state import AgentState, States, mixed
 from pelagos.sim.timings import Timings
 from pelagos.sim.trajectory import Trajectory, channels
@@ -376,7 +376,7 @@ class Stepper:
 
     def _standing(self, batch: Batch, run: BatchRun) -> Trajectory:
         """A block of the current tick alone."""
-        return Trajectory(packed=exact(run.row), n=batch.rows, ticks=1, first_tick=self.tick)
+        return Trajectory(packed=on_device(run.row), n=batch.rows, ticks=1, first_tick=self.tick)
 
 
 class AgentRows(Mapping[str, NDArray[np.float64]]):

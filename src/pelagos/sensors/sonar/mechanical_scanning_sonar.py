@@ -136,6 +136,6 @@ class MechanicalScanningSonar:
 def _turn(angle: NDArray[np.float64]) -> Array:
     """Rotation about +z by lane, `Array4f64`."""
     zero = np.zeros_like(angle)
-    turn = jit.Array4f64(np.stack([np.cos(angle / 2), zero, zero, np.sin(angle / 2)]))
+    turn = jit.Array4f64(*map(jit.padded, (np.cos(angle / 2), zero, zero, np.sin(angle / 2))))
     dr.make_opaque(turn)
     return turn

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import drjit as dr
 import numpy as np
 
 from pelagos import jit
@@ -51,5 +50,5 @@ def ray_change(config: ViewConfig) -> RayChange:
         dry=tables(1, outside=1.0) if ported else None,
         start=tables(0) if ported else None,
     )
-    dr.make_opaque(made)
+    jit.align(made)
     return made

@@ -69,7 +69,7 @@ class Aperture:
         """Directions on the device."""
         vectors = (np.broadcast_to(v, self.axis.shape).T for v in (self.axis, self.side, self.up))
         made = Facing(*(jit.Array3f(np.ascontiguousarray(v, dtype=np.float32)) for v in vectors))
-        dr.make_opaque(made)
+        jit.align(made)
         return made
 
     def one_way_up(self, facing: Facing, beam: Array, direction: Array) -> Array:

@@ -139,7 +139,7 @@ class Emitter:
         else:
             angle = self.angle(np.array(motion.tick).astype(np.int64))
             power = self.apertures.power(headed(np.tile(towards, (lanes, 1)), angle))
-        pattern = jit.Float(power.astype(np.float32).ravel())
+        pattern = jit.Float(jit.padded(power.astype(np.float32)))
         dr.make_opaque(pattern)
         return pattern
 

@@ -103,7 +103,7 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
         half=jit.Float(fan["half"].astype(np.float32)) if "half" in fan else None,
         across=jit.Float(fan["across"].astype(np.float32)) if "across" in fan else None,
     )
-    dr.make_opaque(made)
+    jit.align(made)
     return made
 
 

@@ -123,7 +123,7 @@ class Pinger:
             jit.Float(boost(spec, layout, pulse)),
             element_tables(layout),
         )
-        dr.make_opaque(self._constants)
+        jit.align(self._constants)
         self._scene, self._materials = context.scene, context.world.palette
         self._generation, self._smooth = -1, False
         self._things: Targets | None = None

@@ -94,7 +94,7 @@ def sectors_of(angles: NDArray[np.float64], count: int, losses: NDArray[np.float
     sector = np.clip(np.searchsorted(-edge, -angles, side="right") - 1, 0, count - 1)
     middle = (0.5 * (edge[1:] + edge[:-1]))[sector]
     made = Sectors(*(jit.Float(v.astype(np.float32)) for v in (np.sin(middle), np.cos(middle), losses[sector])))
-    dr.make_opaque(made)
+    jit.align(made)
     return made
 
 
