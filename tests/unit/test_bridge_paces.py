@@ -83,7 +83,7 @@ def test_a_heartbeat_a_second_says_what_it_is_and_states_come_at_their_rate(vehi
     for t_ms, message in said:
         times.setdefault(message.get_type(), []).append(t_ms)
     assert times["HEARTBEAT"] == times["SYS_STATUS"] == [0, 1000, 2000] * 2
-    states = [0, 280, 560, 840, 1120, 1400, 1680, 1960] * 2  # the first boundary 250 ms after the last, or later
+    states = [0, 280, 520, 760, 1000, 1280, 1520, 1760, 2000] * 2  # the first boundary from each 250 ms on
     for name in ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "VFR_HUD"):
         assert times[name] == states
     assert {message.get_srcSystem() for _, message in said} == {7}

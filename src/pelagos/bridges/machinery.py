@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.bridges.pace import next_ns
 from pelagos.bridges.tap import Tap
 from pelagos.config.swarm import topic_name
 from pelagos.messages.store import header, make, serialize
@@ -54,7 +55,7 @@ class Machinery:
 
     def __init__(self, sim: Simulation, tap: Tap) -> None:
         self._tap = tap
-        self._period_ns, self._next_ns = round(1e9 / RATE_HZ), 0
+        self._next_ns = 0
         self._speakers: list[_Speaker] = []
         for agent, model in sim.model.agents.items():
             if not model.vehicle.actuator_names:
@@ -73,7 +74,7 @@ class Machinery:
         now = sim.time_ns
         if now < self._next_ns:
             return
-        self._next_ns = now - now % self._period_ns + self._period_ns
+        self._next_ns = next_ns(now, RATE_HZ)
         for one in self._speakers:
             states = sim.state[one.agent].actuators[one.copy]
             supply = supply_of(one.vehicle, states)

@@ -19,6 +19,7 @@ from pydantic import Field
 from pelagos.bridges.autopilot import motion_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.extras import require
+from pelagos.bridges.pace import next_ns
 from pelagos.bridges.tap import Message, Tap
 from pelagos.bridges.transport import BridgeError
 from pelagos.sim.order import Order
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 _SUBMARINE, _GENERIC, _BOAT, _QUADROTOR = 12, 0, 11, 2
 TYPES: Final = {"wamv": _BOAT, "otter": _BOAT, "surface_vessel": _BOAT, "quadrotor": _QUADROTOR}
 _ACTIVE: Final = 4
+_BEAT_HZ: Final = 1.0
 _AUTOPILOT: Final = 0  # MAV_AUTOPILOT_GENERIC: ground stations take no vehicle from "invalid" (8)
 _MANUAL_ARMED: Final = 64 | 128
 _LOCAL_NED, _BODY_NED = 1, 8
@@ -100,12 +102,12 @@ class MavlinkDoor:
         self._hear()
         out = []
         if sim.time_ns >= self._next_beat_ns:
-            self._next_beat_ns = sim.time_ns + 1_000_000_000
+            self._next_beat_ns = next_ns(sim.time_ns, _BEAT_HZ)
             kind = TYPES.get(sim.model.agents[self.agent].config.vehicle.type, _SUBMARINE)
             out.append(self._dialect.MAVLink_heartbeat_message(kind, _AUTOPILOT, _MANUAL_ARMED, 0, _ACTIVE, 3))
             out.append(self._dialect.MAVLink_sys_status_message(0, 0, 0, 0, 16000, -1, -1, 0, 0, 0, 0, 0, 0))
         if sim.time_ns >= self._next_ns:
-            self._next_ns = sim.time_ns + round(1e9 / self._config.rate_hz)
+            self._next_ns = next_ns(sim.time_ns, self._config.rate_hz)
             out += self._state(sim)
         for message in out:
             self._say(message.pack(self._mav))

@@ -15,6 +15,7 @@ from pydantic import Field
 from pelagos.bridges.autopilot import motion_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.moos_wire import DATA, HELLO, LONGEST, NOTIFY, NULL, POISON, REGISTER, MoosMessage, pack, unpack
+from pelagos.bridges.pace import next_ns
 from pelagos.bridges.tap import Message, Tap
 from pelagos.bridges.transport import BridgeError, BridgeMismatch
 from pelagos.sim.order import Order
@@ -82,7 +83,7 @@ class MoosDoor:
         """See `Door`: only the newest of each variable waits for the database."""
         if sim.time_ns < self._next_ns:
             return
-        self._next_ns = sim.time_ns + round(1e9 / self._config.rate_hz)
+        self._next_ns = next_ns(sim.time_ns, self._config.rate_hz)
         values, now = nav_of(sim, self.agent), time.time()
         with self._lock:
             for key, value in values.items():

@@ -13,6 +13,12 @@ LOST_S: Final = 0.25
 """A run that lags by more than this begins to count anew, instead of hurrying after the clock [s]."""
 
 
+def next_ns(now_ns: int, rate_hz: float) -> int:
+    """First multiple of a rate's period after a time [ns]: the rate is kept in the mean where boundaries miss it."""
+    period = round(1e9 / rate_hz)
+    return now_ns - now_ns % period + period
+
+
 class Pace:
     """Waits at boundaries of steps.
 
