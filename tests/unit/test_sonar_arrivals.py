@@ -91,10 +91,14 @@ def test_pulses_are_kept_once_each_in_one_row_of_samples() -> None:
     assert len(signal) == sum(made.rows[o][1] for o in others[:2])
 
 
-def test_a_burst_comes_out_of_a_bursts_filter_as_the_correlation_of_two_rectangles() -> None:
-    """Of 2 and 3 ms in the same band: a trapezium, 1 over the flat part of the longer over the shorter."""
-    found = through_filter(Sent(50e3, 500.0, 2e-3, "cw"), Sent(50e3, 1 / 3e-3, 3e-3, "cw"))
+@pytest.mark.parametrize(("own_s", "other_s"), [(2e-3, 3e-3), (1e-3, 0.3e-3), (0.4e-3, 1e-3), (2e-3, 0.25e-3)])
+def test_a_burst_comes_out_of_a_bursts_filter_as_the_correlation_of_two_rectangles(
+    own_s: float, other_s: float
+) -> None:
+    """In the same band: a trapezium, flat for as long as one is longer. 64 samples of the shorter: 1.6 % of the top."""
+    found = through_filter(Sent(50e3, 1 / own_s, own_s, "cw"), Sent(50e3, 1 / other_s, other_s, "cw"))
     time = found.lead_s + found.step_s * np.arange(len(found.signal))
-    expected = np.clip((2.5e-3 - np.abs(time)) / 2e-3, 0.0, 1.0)
-    assert found.signal.real == pytest.approx(expected, abs=0.16)  # samples some 0.5 ms apart
-    assert np.abs(found.signal.imag).max() < 0.03
+    short = min(own_s, other_s)
+    expected = short / own_s * np.clip((0.5 * (own_s + other_s) - np.abs(time)) / short, 0.0, 1.0)
+    assert found.signal.real == pytest.approx(expected, abs=0.02 * short / own_s)
+    assert np.abs(found.signal.imag).max() < 1e-6

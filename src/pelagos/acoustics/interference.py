@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _LONGEST: Final = 21  # log2 of the samples of a correlation
+_FEWEST: Final = 64.0  # samples of a burst
 _SAMPLES: Final = 8.0  # in 1/bandwidth
 _FAINT: Final = 1e-2  # of a response's peak: where it is cut off
 
@@ -59,7 +60,7 @@ def through_filter(own: Sent, other: Sent) -> Filtered:
     of the energy that lies in the filter's band (Lurton 2010, Section 6.4).
     """
     offset = other.frequency_hz - own.frequency_hz
-    rate = 2.5 * (abs(offset) + own.bandwidth_hz + other.bandwidth_hz)
+    rate = max(2.5 * (abs(offset) + own.bandwidth_hz + other.bandwidth_hz), _FEWEST / min(own.pulse_s, other.pulse_s))
     span = 1.5 * (own.pulse_s + other.pulse_s) + 8.0 / own.bandwidth_hz
     count = 1 << min(math.ceil(math.log2(rate * span)), _LONGEST)
     frequency = np.fft.fftfreq(count, 1.0 / rate)
@@ -77,8 +78,11 @@ def through_filter(own: Sent, other: Sent) -> Filtered:
 
 
 def _waveform(sent: Sent, count: int, rate: float, offset: float) -> NDArray[np.complex128]:
-    """Samples about the middle of a pulse, at complex baseband, `offset` [Hz] off; the first one is its middle."""
+    """Samples about the middle of a pulse, at complex baseband, `offset` [Hz] off; the first one is its middle.
+
+    Those at its ends count by their share in it.
+    """
     t = np.fft.ifftshift((np.arange(count) - count // 2) / rate)
     slope = sent.bandwidth_hz / sent.pulse_s if sent.pulse == "chirp" else 0.0
     wave = np.exp(1j * np.pi * (slope * t**2 + 2.0 * offset * t))
-    return np.asarray(np.where(np.abs(t) <= 0.5 * sent.pulse_s, wave, 0.0))
+    return np.asarray(np.clip(0.5 + (0.5 * sent.pulse_s - np.abs(t)) * rate, 0.0, 1.0) * wave)
