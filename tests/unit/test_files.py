@@ -94,7 +94,7 @@ def test_a_world_that_finds_no_room_leaves_nothing(tmp_path, monkeypatch, capsys
     scenario = tmp_path / "pond.yaml"
     scenario.write_text("world: {type: flat, depth_m: 7.5}\nagents: {}\n")
     with pytest.raises(SystemExit) as end:
-        main(["world", str(scenario), "--out", str(tmp_path / target)])
+        main(["world", str(scenario), "--out", str(tmp_path / target), "--samples", "1"])
     assert end.value.code == 1
     assert f"error: {tmp_path / target}: No space left on device" in capsys.readouterr().err.replace("\n", "")
     assert [p.name for p in tmp_path.iterdir()] == ["pond.yaml"]

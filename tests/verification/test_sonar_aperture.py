@@ -71,13 +71,13 @@ class TestGhosts:
     @pytest.fixture(scope="class")
     @staticmethod
     def raw():
-        """A box of 0.1 m 10 m to the side, passed in steps of an eighth of the element: places and pings."""
+        """A box of 0.1 m 10 m to the side, passed in steps of a quarter of the element: places and pings."""
         config = SyntheticApertureSonarConfig(
             range_min_m=9.5, range_max_m=11.5, bins=160, rays=65536, rate_hz=20.0, depression_deg=0.0, doppler=False,
             vertical_beamwidth_deg=5.0, self_noise_db=-200.0,
         )  # fmt: skip
         s = SyntheticApertureSonar(config, context([box((0.0, 10.05, DEEP), (0.1, 0.1, 0.1))]))
-        x = np.arange(-3.5, 3.5, config.step_m / 4)
+        x = np.arange(-3.5, 3.5, config.step_m / 2)
         pings = [
             s.sense(lanes(range(len(part)), dt_ns=DT_NS, position=np.stack([part, 0 * part, 0 * part + DEEP], axis=-1)))
             for part in np.array_split(x, 60)
@@ -94,9 +94,9 @@ class TestGhosts:
             value = np.interp(way, r, trace.real) + 1j * np.interp(way, r, trace.imag)
             turned = value * np.exp(4j * np.pi * way / self.WAVE)
             image += np.where(np.abs(along - place) < 0.14 * self.RANGE, turned, 0.0)
-        return along, np.abs(image), every * config.step_m / 4
+        return along, np.abs(image), every * config.step_m / 2
 
-    @pytest.mark.parametrize("every", [1, 2, 4])
+    @pytest.mark.parametrize("every", [1, 2])
     def test_there_are_none_up_to_the_longest_step(self, raw, every):
         """25 dB down: there the pattern has its nulls, of the width of the box."""
         along, image, _ = self.focused(raw, every)
@@ -104,7 +104,7 @@ class TestGhosts:
         assert along[top] == pytest.approx(0.0, abs=0.05)
         assert image[np.abs(along) > 0.3].max() < 10 ** (-25 / 20) * image[top]
 
-    @pytest.mark.parametrize("every", [12, 16])
+    @pytest.mark.parametrize("every", [6, 8])
     def test_beyond_it_they_stand_where_they_should(self, raw, every):
         along, image, step = self.focused(raw, every)
         aside = np.abs(along) > 0.3
