@@ -250,6 +250,23 @@ def test_places_on_earth():
         planner(world=SimpleNamespace(origin=GeoOrigin(0.0, 0.0))).plan(mission)
 
 
+@pytest.mark.parametrize("at", [(0.0, -25.0), (51.0, 0.0), (-33.5, 151.25)])
+def test_places_on_earth_west_and_north_of_an_origin_on_equator_or_meridian(at):
+    """By the radii of curvature of WGS84: 1e-4 of 2 km, what the tangent plane's curvature makes of it."""
+    latitude, longitude = at
+    place = {"latitude_deg": latitude + 0.01, "longitude_deg": longitude - 0.02}
+    line = (
+        planner(world=SimpleNamespace(origin=GeoOrigin(latitude, longitude)))
+        .plan(legs({"type": "waypoints", "points": [place], "depth_m": 2}))[0]
+        .task
+    )
+    phi, e2 = math.radians(latitude + 0.005), 0.00669438
+    flat = 1 - e2 * math.sin(phi) ** 2
+    north = 6378137.0 * (1 - e2) / flat**1.5 * math.radians(0.01)
+    west = 6378137.0 / flat**0.5 * math.cos(math.radians(latitude + 0.01)) * math.radians(0.02)
+    assert line.end == pytest.approx((north, west), abs=0.5)
+
+
 REFUSED = [
     ({"type": "land"}, "remus100 cannot do the leg 'land'; it can do dive"),
     ({"type": "goto", "points": [[1, 2, -3]], "heading_deg": 3}, "leave out 'heading_deg'"),
