@@ -232,6 +232,7 @@ def test_no_paths_are_no_channel():
     assert delay_spread(none, none) == 0
     assert delay_spread(np.array([0.1, 0.3]), np.zeros(2)) == 0
     assert delay_spread(np.array([0.1, 0.3]), np.array([1.0, 1j])) == pytest.approx(0.1)
+    assert delay_spread(np.array([0.1, 0.3]), np.array([-2.0, 1j])) == pytest.approx(0.08)  # powers 4 and 1
 
 
 def test_one_body_meets_nobody():

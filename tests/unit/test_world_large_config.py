@@ -37,13 +37,15 @@ def test_a_file_of_heights_is_read_where_it_is_needed(tmp_path):
 
 
 def test_an_inset_from_a_file_lies_in_the_ground(tmp_path):
-    np.save(tmp_path / "hill.npy", np.full((81, 81), -33.0))
-    inset = {"centre_m": [500, 0], "size_m": [100, 100], "resolution_m": 1.25, "path": str(tmp_path / "hill.npy")}
+    np.save(tmp_path / "hill.npy", np.full((113, 81), -33.0))
+    inset = {"centre_m": [500, 0], "size_m": [140, 100], "resolution_m": 1.25, "path": str(tmp_path / "hill.npy")}
     world = _built(insets=[inset])
     assert float(world.height(500.0, 0.0)) == -33.0
-    assert float(world.height(500.0, 38.0)) == -33.0  # up to the rim, a tenth wide
-    around = float(_built().height(500.0, 50.0))
-    assert float(world.height(500.0, 50.0)) == pytest.approx(around, abs=1e-9)
+    assert float(world.height(500.0, 38.0)) == -33.0  # up to the rim, a tenth of the shorter side wide
+    plain = _built()
+    assert float(world.height(500.0, 50.0)) == pytest.approx(float(plain.height(500.0, 50.0)), abs=1e-9)
+    half_way = (-33.0 + float(plain.height(565.0, 0.0))) / 2
+    assert float(world.height(565.0, 0.0)) == pytest.approx(half_way, abs=1e-4)
     assert -float(world.cast([500.0, 0.0, 0.0], (0, 0, -1), 500).t[0]) == pytest.approx(-33.0, abs=1e-3)
 
 
