@@ -59,6 +59,21 @@ def test_a_box_floats_at_its_draught(box: Path) -> None:
     assert found.center == pytest.approx([0, 0, 0.15], abs=1e-6)
 
 
+def test_triangles_that_were_turned_the_wrong_way_are_turned(tmp_path: Path) -> None:
+    """A wedge of half the box's volume, off its middle: the same with a third of its triangles inside out, or all."""
+    places = np.array([[0, 0, 0], [3, 0, 0], [0, 1.2, 0], [0, 0, 0.8], [3, 0, 0.8], [0, 1.2, 0.8]])
+    faces = np.array([[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]])
+    found = []
+    for turned in ([], [1, 4, 6], range(8)):
+        way = faces.copy()
+        way[list(turned)] = way[list(turned)][:, ::-1]
+        trimesh.Trimesh(places, way, process=False).export(tmp_path / "wedge.stl")
+        found.append(float_mesh(tmp_path / "wedge.stl", 0.5 * 3 * 1.2 * 0.3))
+    for made in found:
+        assert made.vertices[:, 2].max() == pytest.approx(0.3, abs=1e-6)  # the draught, down
+        assert made.center == pytest.approx([1.0, -0.4, 0.15], abs=1e-6)
+
+
 def test_it_rides_long_waves(box: Path) -> None:
     """Waves of 39 m: the surface under a 3 m barge moves by its own height, and so does the barge."""
     start = {"position_m": [0.0, 0.0], "depth_m": 0.0}
