@@ -122,6 +122,21 @@ def test_turning_off_scattering_leaves_the_beam():
     assert downward(field) == pytest.approx(0.9 * np.exp(-0.1 * depths / 0.9), rel=1e-6)
 
 
+def test_what_goes_down_at_the_surface_is_what_comes_up_mirrored() -> None:
+    """Fresnel's reflectance of the surface from below, of all light that was scattered, once or often, in each
+    direction of the solution; a direction's own interpolation converges to 1e-3.
+    """
+    field = sun_alone(WaterChannel(0.06, 0.01, 0.3), np.linspace(0, 60, 240), 0.8)
+    up = field.u < 0
+    u = -field.u[up]
+    sine = 1.34 * np.sqrt(1 - u**2)  # in air
+    air = np.sqrt(np.maximum(1 - sine**2, 0.0))
+    s, p = (1.34 * u - air) / (1.34 * u + air), (u - 1.34 * air) / (u + 1.34 * air)
+    share = np.where(sine >= 1, 1.0, 0.5 * (s**2 + p**2))
+    expected = share[:, None] * field.radiance[0, up]
+    assert field.at(u)[0] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
+
+
 SUN = daylight(math.radians(45), 1.0)
 
 
