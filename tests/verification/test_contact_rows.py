@@ -89,6 +89,8 @@ def test_rows_are_agents_by_batch_member_and_copy_and_then_bodies() -> None:
     assert made._look() is known
     made._bodies.bodies.pop()
     assert made._look().bodies == 1
+    made._bodies.bodies[0] = standing(BODIES[1], np.zeros((2, 3)))
+    np.testing.assert_allclose(made._look().radius[6:], radius_of(BODIES[1]))
     used, turns = np.array([1, 3, 5, 6]), Rotation.random(10, random_state=1)
     found = made._inverse_mass(used, quaternions(turns))
     for row, inverse in zip(used, found, strict=True):
@@ -115,6 +117,8 @@ def test_agents_are_close_to_others_of_their_copy_and_to_bodies_that_may_come() 
     assert made.meeting(rows, hulls) == {"a"}
     rows["a"][1, 0] -= 30.0
     assert made.meeting(rows, hulls) == set()
+    rows["b"][1, 0] = 89.0
+    assert made.meeting(rows, hulls) == {"b"}
     speeds = np.array([[1.0, -2.0, 0.5], [0.0, 0.0, -4.0]])
     np.testing.assert_allclose(
         made._radius("b", rows_of([[0] * 3] * 2, speeds), 0.04) - radius_of(HULLS["b"]) - 0.05, [0.22, 0.24]
@@ -267,7 +271,7 @@ def near(position: Values, forward: Values, below: float, beside: float) -> list
 def test_planes_near_vehicles_are_those_of_the_rays_that_they_send(monkeypatch: pytest.MonkeyPatch) -> None:
     """Down, ahead, to port, astern and to starboard of five vehicles; one points up, one is out of reach of most."""
     monkeypatch.setattr(boundaries, "Caster", Room)
-    places = np.array([[2.0, 1.0, -3.0], [-3.0, 2.5, -6.0], [0.5, -3.0, -9.0], [1.0, 4.0, -2.0], [-2.0, -4.0, 5.0]])
+    places = np.array([[2.0, 1.0, -3.0], [-3.0, 2.5, -6.0], [0.5, -3.0, -11.6], [1.0, 4.0, -2.0], [-2.0, -4.0, 5.0]])
     turns = Rotation.from_euler("ZYX", [[0.4, 0.2, 0.1], [-1.9, -0.5, 0.7], [2.8, 0.3, -0.6], [0, -np.pi / 2, 0],
                                         [1.1, 0.1, 2.9]])  # fmt: skip
     caster: Any = SimpleNamespace(static=1, tables=2)
