@@ -111,6 +111,32 @@ def test_a_measurement_beyond_the_gate_is_refused():
     assert (start.position[2] == before[2]).all()  # no reading
 
 
+def test_a_measurement_adds_its_information():
+    """P^-1 + H^T R^-1 H, by which it moves the errors; lanes that refuse it or have none stay. Two numbers: the gate is
+    for the mean of their squares.
+    """
+    rng, start = np.random.default_rng(9), lanes()
+    root, h, y = rng.normal(size=(3, SIZE, SIZE)), rng.normal(size=(3, 2, SIZE)), 0.3 * rng.normal(size=(3, 2))
+    p, noise = root @ np.swapaxes(root, 1, 2) + np.eye(SIZE), np.array([[0.5, 0.1], [0.1, 0.2]]) * np.ones((3, 1, 1))
+    start.covariance, y[1] = p.copy(), 900.0
+    before = start.take(slice(None))
+    squared = y[0] @ np.linalg.inv(h[0] @ p[0] @ h[0].T + noise[0]) @ y[0]
+    start.update(h, y, noise, np.array([True, True, False]), gate=squared / 1.5)
+    told = h[0].T @ np.linalg.inv(noise[0])
+    left = np.linalg.inv(np.linalg.inv(p[0]) + told @ h[0])
+    error = left @ told @ y[0]
+    turned = to_vector(product(conjugate(before.attitude), start.attitude))
+    changed = ("position", "velocity", "gyroscope", "accelerometer", "slow")
+    by = {key: vars(start)[key] - vars(before)[key] for key in changed}
+    found = np.concatenate([by["position"], by["velocity"], turned, *(by[key] for key in changed[2:])], axis=1)
+    assert found[0] == pytest.approx(error, rel=1e-7, abs=1e-9)
+    assert np.abs(found[1:]).max() < 1e-12
+    anew = np.eye(SIZE)
+    anew[6:9, 6:9] -= 0.5 * skew(error[None, 6:9])[0]
+    assert start.covariance[0] == pytest.approx(anew @ left @ anew.T, rel=1e-7, abs=1e-9)
+    assert start.covariance[1:] == pytest.approx(p[1:], rel=1e-9)
+
+
 @pytest.mark.parametrize("heading", [0.6, -2.2])
 def test_a_solution_from_outside_is_level_and_looks_along_its_heading(heading):
     """Compass headings turn to the right of north; y is west."""
