@@ -25,6 +25,7 @@ PATHS: Final = [
     Path.DRIFT,
     Path.LINE,
     Path.OVER,
+    Path.LINE,
 ]
 N: Final = len(PATHS)
 
@@ -36,17 +37,20 @@ def scene(seed: int, dt: float, depth: float = 6.0) -> tuple[Goal, list[Aboard]]
     goal = Goal(
         path=np.array(PATHS), start=rng.uniform(-9, 9, (N, 2)), end=rng.uniform(-9, 9, (N, 2)),
         radius=np.where(np.arange(N) == 4, np.nan, rng.uniform(2, 7, N)),
-        turn=np.array([1.0, -1, 1, -1, 1, 1, 1, -1, 1]),
+        turn=np.array([1.0, -1, 1, -1, 1, 1, 1, -1, 1, 1]),
         course=rng.uniform(-3, 3, N), face=nan.copy(), depth=rng.uniform(2, depth, N), upper=nan.copy(), glide=nan,
-        speed=np.array([1.1, 0.6, 0.9, 0.4, 0.0, 0.8, 0.7, 0.9, 0.5]), sink=nan.copy(),
-        stops=np.array([True, False, False, False, True, True, True, True, True]),
+        speed=np.array([1.1, 0.6, 0.9, 0.4, 0.0, 0.12, 0.7, 0.9, 0.5, 0.8]), sink=nan.copy(),
+        stops=np.array([True, False, False, False, True, True, True, False, True, True]),
     )  # fmt: skip
-    goal.face[::3], goal.sink[1::3] = rng.uniform(-3, 3, 3), [0.1, 0.5, 0.05]
+    goal.face[::3], goal.sink[1::3] = rng.uniform(-3, 3, 4), [0.1, 0.5, 0.05]
     place, heading = rng.uniform(-9, 9, (N, 3)) * [1, 1, 0.2] - [0, 0, 4.0], rng.uniform(-3, 3, N)
-    place[7, :2], goal.end[7] = goal.end[7] + [0.4, -0.3], goal.end[7]
+    place[[0, 7], :2] = goal.end[[0, 7]] + [0.4, -0.3]  # about to pass the end
+    place[4, :2] = goal.end[4] + [0.1, -0.2]  # there already
+    goal.end[9] = place[9, :2] + [25.0, 9.0]
     seen = []
     for k in range(40):
-        velocity = rng.uniform(-0.6, 0.9, (N, 3)) * [1, 1, 0.3]
+        velocity = rng.uniform(-0.6, 0.9, (N, 3))
+        velocity[4] *= 0.02
         place, heading = place + dt * velocity, wrapped(heading + dt * rng.uniform(-1, 1, N))
         fix = Fix(place.copy(), heading.copy(), velocity)
         seen.append(Aboard(fix, k * dt, dt, np.full(N, np.inf), np.zeros(N, dtype=bool)))
