@@ -32,6 +32,7 @@ def test_episodes_of_copies_begin_and_end_each_by_themselves() -> None:
     made.recall(kept)
     assert (made.any_over, made.over.tolist()) == (True, [True, False, True])
     assert [a.numpy().tolist() for a in made.names()] == first
+    made.begin(np.array([False, True, False]), 6)
     made.restart(5)
     assert (made.number.tolist(), made.began.tolist(), made.any_over, made.over.any()) == (
         [5] * 3,

@@ -39,7 +39,8 @@ def test_states_are_changed_in_the_copies_that_are_asked_for() -> None:
     np.testing.assert_array_equal(found["b"].velocity, [[0, 7, 14], [-3, -4, -5], [42, 49, 56]])
     np.testing.assert_array_equal(found["b"].attitude, [[0, 1, 0, 0], turns[1], [0, 0, -1, 0]])
     np.testing.assert_array_equal(found["b"].angular_velocity, [[1, 2, 3], [0, 0, 0], [1, 2, 3]])
-    only = starts(found, {"b": {"position": (7.0, 8.0, 9.0)}}, ~WHERE)["b"]
+    only = starts(found, {"b": {"position": (7.0, 8.0, 9.0), "attitude": (0.0, 0.0, 0.0, 5.0)}}, ~WHERE)["b"]
+    np.testing.assert_array_equal(only.attitude, [[0, 1, 0, 0], [0, 0, 0, 1], [0, 0, -1, 0]])
     np.testing.assert_array_equal(only.position, [[100, 0, 0], [7, 8, 9], [0, 200, 0]])
     np.testing.assert_array_equal(only.velocity, found["b"].velocity)
     np.testing.assert_array_equal(only.angular_velocity, found["b"].angular_velocity)
@@ -86,7 +87,7 @@ def test_members_of_batches_start_in_the_order_of_agents_each_with_what_is_near_
         for name, members, radius in (("x", ["a3", "a1"], 0.5), ("y", ["a0", "a2"], 2.0))
     }
     made.ocean = None
-    made.world.near = lambda places, radius: (places[:, 0] + radius) % 2 > 1.4
+    made.world.near = lambda places, radius: places[:, 0] + radius > 2.0
     monkeypatch.setattr(initial, "_rides", lambda who, ocean: who.name == "a1")
     monkeypatch.setattr(initial, "_surface", lambda *_: (np.array([0.7]), np.array([[1.0, 2.0, 3.0]])))
 
@@ -97,7 +98,7 @@ def test_members_of_batches_start_in_the_order_of_agents_each_with_what_is_near_
     monkeypatch.setattr(initial, "_start", start)
     assert list(start_states(made).items()) == [(f"a{k}", f"a{k}") for k in range(4)]
     assert seen == {
-        "a0": ([0, 0, -1], None, False), "a1": ([1, -1, 0.7], [1, 2, 3], True), "a2": ([2, -2, -3], None, False),
+        "a0": ([0, 0, -1], None, False), "a1": ([1, -1, 0.7], [1, 2, 3], False), "a2": ([2, -2, -3], None, True),
         "a3": ([3, -3, -4], None, True),
     }  # fmt: skip
 
