@@ -109,3 +109,16 @@ def test_images_lose_what_water_bubbles_and_each_piece_of_the_bottom_take(arriva
     assert np.abs(np.angle(amplitude)).max() > 0.3
     np.testing.assert_allclose(found.loss_db, -20 * np.log10(np.abs(amplitude)), atol=3e-4)
     assert k or max(bubbles(SECTIONS[0], s) for s in np.abs(np.sin(departure))) == 15.0
+
+
+def test_ends_stand_over_their_own_ground() -> None:
+    """Up and down a slope, of which one end lies deeper than the ground at the other; and from the ground itself."""
+    x, depth = np.array([0.0, 300.0, 640.0]), np.array([100.0, 75.0, 50.0])
+    water = {"depth": np.array([0.0, 120.0]), "speed": np.full((2, 2), 1500.0), "begins": np.array([0.0, 260.0])}
+    sections = [Section(bottom_x=x, bottom_depth=d, **water) for d in (depth, depth[::-1].copy(), depth)]
+    ends = np.array([[94.0, 30.0], [30.0, 94.0], [100.0, 20.0]])
+    found = eigenrays(sections, ends[:, 0], ends[:, 1], np.full(3, 640.0), rays=256, bounces=0)
+    rise = np.diff(ends, axis=1)[:, 0]
+    assert found.path.tolist() == [0, 1, 2]
+    np.testing.assert_allclose(found.length, np.hypot(640.0, rise), rtol=1e-8)
+    np.testing.assert_allclose(found.departure, np.arctan2(rise, 640.0), atol=1e-7)
