@@ -25,7 +25,7 @@ DEEP = Section(FINE, KINKED, np.array([0.0, 500.0]), np.array([60.0, 900.0]), ab
 def test_sections_are_rows_of_tables_with_as_many_nodes_levels_and_columns() -> None:
     """Of profiles with more levels than there is room for those that tell the water of all columns within 2 mm/s; what
     only fills the tables lies below each bottom, and behind each path."""
-    deeper = replace(SHALLOW, bottom_depth=SHALLOW.bottom_depth + 700.0, wind_speed=0.0)  # of the same profile
+    deeper = replace(SHALLOW, bottom_depth=SHALLOW.bottom_depth + 700.0, wind_speed=7.0)  # of the same profile
     water, floor = on_device([SHALLOW, DEEP, deeper])
     assert np.array(water.columns).tolist() == [2, 2, 2]
     assert np.array(floor.nodes).tolist() == [3, 3, 3]
@@ -48,8 +48,8 @@ def test_sections_are_rows_of_tables_with_as_many_nodes_levels_and_columns() -> 
     assert begins[1].tolist() == [0.0, 300.0]
     assert begins[:, 0].tolist() == [0.0, 0.0, 0.0]
     assert begins[[0, 2], 1].min() > 1e8
-    bounce = 1.26e-3 * 11.0**1.57 * 26.0**0.85
-    assert np.array(water.bubble_loss) == pytest.approx([bounce, 0.0, 0.0], rel=1e-5)
+    bounces = [1.26e-3 * wind**1.57 * 26.0**0.85 for wind in (11.0, 0.0, 7.0)]
+    assert np.array(water.bubble_loss) == pytest.approx(bounces, rel=1e-5)
     x, bottom = (np.array(v).reshape(3, 3) for v in (floor.x, floor.depth))
     assert x[0].tolist() == SHALLOW.bottom_x.tolist()
     assert x[1, :2].tolist() == [0.0, 500.0]
