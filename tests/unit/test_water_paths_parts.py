@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import pelagos.sensors.comms.link.water_paths as parts
+from pelagos.acoustics.eigenrays import Arrivals
 from pelagos.acoustics.section import Section
 from pelagos.sensors.comms.link.water_paths import NODES, WaterPaths
 
@@ -179,3 +180,132 @@ def test_what_stands_in_the_way_of_a_ray_is_asked_leg_by_leg(monkeypatch: pytest
         paths(_ask=ask)._blocked(Found(path=path[:0]), floors, SOURCE, zs, distance, LEVEL, heading, COPY, own).size
         == 0
     )
+
+
+def arrivals(path: list[int]) -> Arrivals:
+    """Made-up ones of three pairs."""
+    k, n = np.arange(len(path), dtype=float), np.zeros(len(path), np.int64)
+    return Arrivals(np.array(path), 0.1 + k, 1.0 + 1j * k, 0.2 - 0.1 * k, 0.05 * k - 0.3, n, n, n, 10.0 + k, 0 * k)
+
+
+def test_arrivals_come_from_where_their_ends_lie_and_none_in_the_air(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Directions by the heading of each pair and the ray's angles, positive down; what stands in the way is looked for
+    only in pairs that are at risk; the speed of sound at both ends."""
+    source, receiver = SOURCE.copy(), RECEIVER.copy()
+    receiver[0, 2], receiver[1, 2] = LEVEL + 0.01, LEVEL - 0.01  # the first pair's is dry
+    floors = [
+        Section(np.array([0.0, 100.0]), np.array([[1500.0 + k, 1510.0 + k], [1540.0 + k, 1550.0 + k]]),
+                begins=np.array([0.0, 20.0]))
+        for k in range(3)
+    ]  # fmt: skip
+    asked: dict[str, Any] = {}
+
+    def rays(sections: Any, zs: Any, zr: Any, distance: Any, **options: int) -> Arrivals:
+        assert options == {"rays": 77, "bounces": 5}
+        asked.update(zs=zs, zr=zr, distance=distance)
+        return arrivals([0, 1, 1, 2, 2])
+
+    def at_risk(source: Any, receiver: Any, distance: Any, copy: Any, own: Any) -> Any:
+        assert (copy.tolist(), own.tolist()) == (COPY.tolist(), [7, 8, 9])
+        return np.array([True, False, True])
+
+    def blocked(
+        found: Any, sections: Any, source: Any, zs: Any, distance: Any, level: Any, heading: Any, *_: Any
+    ) -> Any:
+        assert (found.path.tolist(), found.delay.tolist(), level) == ([2, 2], [3.1, 4.1], LEVEL)
+        way = RECEIVER[2] - SOURCE[2]
+        np.testing.assert_allclose(heading, math.atan2(way[1], way[0]))
+        return np.array([False, True])
+
+    monkeypatch.setattr(parts, "eigenrays", rays)
+    made = paths(_rays=77, _bounces=5, level=lambda t: LEVEL if t == 4.0 else math.nan, sections=lambda *_: floors,
+                 _in_the_way=at_risk, _blocked=blocked)  # fmt: skip
+    found = made.trace(source, receiver, 4.0, COPY, np.array([7, 8, 9], np.uint32))
+    np.testing.assert_allclose(asked["zs"], LEVEL - source[:, 2])
+    np.testing.assert_allclose(asked["zr"], LEVEL - receiver[:, 2])
+    np.testing.assert_allclose(asked["distance"], np.hypot(*(receiver - source)[:, :2].T))
+    assert found.arrivals.path.tolist() == [1, 1, 2, 2]
+    assert found.blocked.tolist() == [False, False, False, True]
+    for k, row in enumerate(found.arrivals.path):
+        level = (receiver - source)[row, :2]
+        for vectors, angle in (
+            (found.departure, found.arrivals.departure[k]),
+            (found.arrival, found.arrivals.arrival[k]),
+        ):
+            expected = [*(level / np.linalg.norm(level) * math.cos(angle)), -math.sin(angle)]
+            np.testing.assert_allclose(vectors[k], expected, atol=1e-12)
+    z, r = LEVEL - source[:, 2], LEVEL - receiver[:, 2]
+    k = np.arange(3)
+    np.testing.assert_allclose(found.speed, np.stack([1500.0 + k + 0.1 * z, 1540.0 + k + 0.1 * np.maximum(r, 0.0)], 1))
+
+
+def test_ways_are_at_risk_by_structures_and_by_hulls_between() -> None:
+    """All of them where there is a structure or hulls of no known size; else those with a hull between, the own one and
+    those near the ends left out: 1.5 m, or a leg of a shorter way."""
+    distance = np.array([90.0, 12.0, 400.0])
+    asked: list[Any] = []
+
+    def between(source: Any, receiver: Any, copy: Any, *, own: Any, spared: Any) -> Any:
+        asked.append((copy.tolist(), own.tolist(), spared.tolist()))
+        return np.array([True, False, True])
+
+    def risk(*, only_ground: bool, moving: Any, spheres: Any, own: Any = None) -> list[bool]:
+        scene = SimpleNamespace(moving=moving, spheres=spheres)
+        made = paths(_scene=scene, _only_ground=only_ground)
+        return list(made._in_the_way(SOURCE, RECEIVER, distance, COPY, own).tolist())
+
+    hulls = SimpleNamespace(between=between)
+    assert risk(only_ground=False, moving=None, spheres=None) == [True] * 3
+    assert risk(only_ground=True, moving=None, spheres=None) == [False] * 3
+    assert risk(only_ground=True, moving=1, spheres=None) == [True] * 3
+    assert risk(only_ground=False, moving=1, spheres=hulls) == [True] * 3
+    assert risk(only_ground=True, moving=1, spheres=hulls) == [True, False, True]
+    assert risk(only_ground=True, moving=1, spheres=hulls, own=np.array([4, 5, 6], np.uint32)) == [True, False, True]
+    nobody = int(parts.NO_BODY)
+    assert asked == [(COPY.tolist(), rows, [1.5, 0.5, 1.5]) for rows in ([nobody] * 3, [4, 5, 6])]
+
+
+def test_a_section_has_the_ground_of_its_own_way() -> None:
+    """A straight one by its ends, a bent one and one of two materials by all nodes; levels down to its deepest place."""
+    x = np.outer([100.0, 70.0, 90.0], np.linspace(0.0, 1.0, NODES))
+    bottom = np.stack([20.0 + 0.1 * x[0], 30.0 + 5.0 * np.sin(x[1] / 9.0), 44.0 - 0.2 * x[2]])
+    material = np.full((3, NODES), 1)
+    material[2, 20:] = 0
+    asked: list[Any] = []
+
+    def levels(source: Any, receiver: Any, t: float, deepest: float) -> Any:
+        asked.append((source.tolist(), receiver.tolist(), t, deepest))
+        k = float(len(asked))
+        return np.array([0.0, deepest]), np.array([1500.0, 1500.0 + k]), np.array([k, k]), np.array([0.0])
+
+    kinds = [SimpleNamespace(density_ratio=1.2 + k, sound_speed_ratio=1.1 + k, loss=0.1 + k) for k in range(2)]
+    made = paths(level=lambda t: LEVEL * t, _bottoms=lambda a, b, level, copy: (x + 0 * level, bottom, material),
+                 _levels=levels, _palette=kinds, frequency=19e3, _wind=6.5)  # fmt: skip
+    found = made.sections(SOURCE, RECEIVER, 2.0, COPY)
+    assert [len(s.bottom_x) for s in found] == [2, NODES, NODES]
+    for k, s in enumerate(found):
+        assert asked[k] == (SOURCE[k].tolist(), RECEIVER[k].tolist(), 2.0, bottom[k].max())
+        nodes = [0, -1] if k == 0 else slice(None)
+        np.testing.assert_array_equal(s.bottom_x, x[k][nodes])
+        np.testing.assert_array_equal(s.bottom_depth, bottom[k][nodes])
+        np.testing.assert_allclose(s.density_ratio, 1.2 + material[k][nodes])
+        np.testing.assert_allclose(s.sound_speed_ratio, 1.1 + material[k][nodes])
+        np.testing.assert_allclose(s.loss, 0.1 + material[k][nodes])
+        assert (s.frequency, s.wind_speed, s.speed[1], s.absorption[0]) == (19e3, 6.5, 1501.0 + k, 1.0 + k)
+
+
+def test_water_below_places_is_asked_from_the_seas_level_down() -> None:
+    """Speed by place, height and time; absorption by temperature, salinity and depth, in this order."""
+    ocean = SimpleNamespace(
+        sound_speed=lambda at, t: 1500.0 + 0.01 * at.x - 0.02 * at.y + 0.1 * at.z + t,
+        temperature=lambda at, t: 9.0 + 0.02 * at.z + 0.0 * t, salinity=lambda at, t: 33.0 + 0.001 * at.x,
+    )  # fmt: skip
+
+    def absorbed(temperature: Any, salinity: Any, depth: Any) -> Any:
+        return temperature + 100.0 * salinity + 1e4 * depth
+
+    depth = np.array([0.0, 4.0, 30.0])
+    speed, absorption = paths(_ocean=ocean, level=lambda t: LEVEL, _absorption=absorbed)._asked(SOURCE[:2], depth, 3.0)
+    x, y, z = SOURCE[:2, :1], SOURCE[:2, 1:2], LEVEL - depth
+    np.testing.assert_allclose(speed, 1503.0 + 0.01 * x - 0.02 * y + 0.1 * z)
+    np.testing.assert_allclose(absorption, 9.0 + 0.02 * z + 100.0 * (33.0 + 0.001 * x) + 1e4 * depth)
