@@ -266,11 +266,11 @@ def test_ways_are_at_risk_by_structures_and_by_hulls_between() -> None:
 
 
 def test_a_section_has_the_ground_of_its_own_way() -> None:
-    """A straight one by its ends, a bent one and one of two materials by all nodes; levels to its deepest place."""
-    x = np.outer([100.0, 70.0, 90.0], np.linspace(0.0, 1.0, NODES))
-    bottom = np.stack([20.0 + 0.1 * x[0], 30.0 + 5.0 * np.sin(x[1] / 9.0), 44.0 - 0.2 * x[2]])
-    material = np.full((3, NODES), 1)
-    material[2, 20:] = 0
+    """Straight ones by their ends, a bent one and one of two materials by all nodes; levels to its deepest place."""
+    x = np.outer([100.0, 70.0, 90.0, 60.0], np.linspace(0.0, 1.0, NODES))
+    bottom = np.stack([20.0 + 0.1 * x[0], 30.0 + 5.0 * np.sin(x[1] / 9.0), 44.0 - 0.2 * x[2], 9.0 + 0.3 * x[3]])
+    material = np.full((4, NODES), 1)
+    material[2, 20:], material[3] = 0, 0
     asked: list[Any] = []
 
     def levels(source: Any, receiver: Any, t: float, deepest: float) -> Any:
@@ -281,11 +281,12 @@ def test_a_section_has_the_ground_of_its_own_way() -> None:
     kinds = [SimpleNamespace(density_ratio=1.2 + k, sound_speed_ratio=1.1 + k, loss=0.1 + k) for k in range(2)]
     made = paths(level=lambda t: LEVEL * t, _bottoms=lambda a, b, level, copy: (x + 0 * level, bottom, material),
                  _levels=levels, _palette=kinds, frequency=19e3, _wind=6.5)  # fmt: skip
-    found = made.sections(SOURCE, RECEIVER, 2.0, COPY)
-    assert [len(s.bottom_x) for s in found] == [2, NODES, NODES]
+    source, receiver = SOURCE[[0, 1, 2, 1]], RECEIVER[[0, 1, 2, 0]]
+    found = made.sections(source, receiver, 2.0, COPY[[0, 1, 2, 0]])
+    assert [len(s.bottom_x) for s in found] == [2, NODES, NODES, 2]
     for k, s in enumerate(found):
-        assert asked[k] == (SOURCE[k].tolist(), RECEIVER[k].tolist(), 2.0, bottom[k].max())
-        nodes = [0, -1] if k == 0 else slice(None)
+        assert asked[k] == (source[k].tolist(), receiver[k].tolist(), 2.0, bottom[k].max())
+        nodes = [0, -1] if k in (0, 3) else slice(None)
         np.testing.assert_array_equal(s.bottom_x, x[k][nodes])
         np.testing.assert_array_equal(s.bottom_depth, bottom[k][nodes])
         np.testing.assert_allclose(s.density_ratio, 1.2 + material[k][nodes])
