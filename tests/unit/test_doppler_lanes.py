@@ -76,7 +76,7 @@ def test_cells_of_a_profile_lie_where_their_time_says_in_each_copys_water(assume
     wet = np.array([True, True, False, True])
     here, motion, velocity = scene(wet)
     free = np.full((4, 4), np.inf)
-    free[2, 1] = 9.2  # by beam and lane
+    free[2, 1] = 10.2  # by beam and lane
     cells = profile(config, [jit.Float(f) for f in free], here, velocity, motion, Sea(), KEY)  # type: ignore[arg-type]
     ratio = (assumed or SPEED) / SPEED
     cosine = math.cos(math.radians(27.0))
