@@ -102,3 +102,17 @@ def test_a_burst_comes_out_of_a_bursts_filter_as_the_correlation_of_two_rectangl
     expected = short / own_s * np.clip((0.5 * (own_s + other_s) - np.abs(time)) / short, 0.0, 1.0)
     assert found.signal.real == pytest.approx(expected, abs=0.02 * short / own_s)
     assert np.abs(found.signal.imag).max() < 1e-6
+
+
+def test_a_burst_off_the_filters_centre_comes_out_as_the_integral_of_its_beat() -> None:
+    """310 Hz off, 2 ms within 3 ms: |sin(pi f T)/(pi f T)| by the time T of overlap; it turns with the beat."""
+    off, short = 310.0, 2e-3
+    found = through_filter(Sent(50e3, 1 / short, short, "cw"), Sent(50e3 + off, 1 / 3e-3, 3e-3, "cw"))
+    time = found.lead_s + found.step_s * np.arange(len(found.signal))
+    overlap = np.clip(2.5e-3 - np.abs(time), 0.0, short)
+    expected = np.abs(np.sinc(off * overlap)) * overlap / short
+    assert np.abs(found.signal) == pytest.approx(expected, abs=0.02)
+    flat = np.abs(time) < 0.5e-3
+    assert flat.sum() >= 2
+    turned = found.signal[flat] * np.exp(-2j * np.pi * off * time[flat])
+    assert np.abs(np.angle(turned)).max() < 0.05

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -42,6 +43,11 @@ def ends(*places: Any, turned: Any = None) -> SimpleNamespace:
     return SimpleNamespace(position=np.array(places, float), attitude=attitude)
 
 
+def lost(one: Any, pair: tuple[int, int, int], poses: dict[int, Any]) -> str:
+    """Why nothing comes from one end to another of the same make."""
+    return str(one.hear(pair, poses, 0.0, one).lost)
+
+
 def radio(world: Any) -> Radio:
     return Radio(world, sea(), 2.4e9, 27.0, -95.0, OWN)
 
@@ -54,7 +60,7 @@ def test_radio_falls_as_in_free_space_and_farther_as_two_rays(copy: int, distanc
     a = [[1.0, 2.0, 1.4], [3.0, -2.0, 2.9]]
     b = [[1.0 + distance, 2.0, 0.01 * distance + 2.2], [3.0, -2.0 + distance, 4.1 - 0.02 * distance]]
     world = Around()
-    (heard,) = radio(world).hear([(4, 2, copy)], {4: ends(*a), 2: ends(*b)}, 3.0)
+    heard = radio(world).hear((4, 2, copy), {4: ends(*a), 2: ends(*b)}, 3.0, radio(world))
     pa, pb = np.array(a[copy]), np.array(b[copy])
     way = float(np.linalg.norm(pb - pa))
     h1, h2 = (p[2] - (LEVELS[copy] + 0.01 * p[0] - 0.02 * p[1]) for p in (pa, pb))
@@ -75,15 +81,14 @@ def test_why_no_radio_comes() -> None:
     low, high, wet = [0.0, 0, 1.0], [200.0, 0, 5.0], [200.0, 0, 2.1]
     for pair in ((low, wet), (wet, low)):
         poses = {0: ends(pair[0], pair[0]), 1: ends(pair[1], pair[1])}
-        assert [radio(Around()).hear([(0, 1, c)], poses, 0.0)[0].lost for c in (0, 1)] == ["", "submerged"]
+        assert [lost(radio(Around()), (0, 1, c), poses) for c in (0, 1)] == ["", "submerged"]
     reach = 4120.0 * (math.sqrt(1.3) + math.sqrt(4.3))
     for factor, why in ((0.999, ""), (1.001, "out of range")):
         there = [0.0, factor * reach, 4.0 - 0.02 * factor * reach]
-        found = radio(Around()).hear([(0, 1, 0)], {0: ends(low), 1: ends(there)}, 0.0)[0]
-        assert found.lost == why
+        assert lost(radio(Around()), (0, 1, 0), {0: ends(low), 1: ends(there)}) == why
     stands = radio(Around(stands=True))
     poses = {0: ends(low), 1: ends(high), 2: ends([2.9, 0, 1.0])}
-    assert [stands.hear([(0, k, 0)], poses, 0.0)[0].lost for k in (1, 2)] == ["blocked", ""]
+    assert [lost(stands, (0, k, 0), poses) for k in (1, 2)] == ["blocked", ""]
 
 
 def quaternion(*euler_deg: float) -> Any:
@@ -96,7 +101,7 @@ WATER = SimpleNamespace(attenuation=(0.5, 0.12, 0.2), downwelling=(0.4, 0.09, 0.
 def light(world: Any, *, sun: float = -0.3, channel: int = 1) -> Light:
     ocean = sea(water=WATER, sun_elevation=np.array([sun]))
     return Light(
-        world=world, ocean=ocean, power_w=1.7, half_angle=math.radians(25.0), field_of_view=math.radians(50.0),
+        world=world, ocean=ocean, power_w=3.0, half_angle=math.radians(40.0), field_of_view=math.radians(50.0),
         area=6e-4, responsivity=0.35, bandwidth=2e5, channel=channel, filter_share=0.03, own=OWN,
     )  # fmt: skip
 
@@ -105,13 +110,18 @@ def light(world: Any, *, sun: float = -0.3, channel: int = 1) -> Light:
 @pytest.mark.parametrize(("sun", "channel"), [(-0.3, 1), (0.9, 1), (0.9, 2)])
 def test_light_by_the_link_equation_and_the_noise_of_its_diode(copy: int, sun: float, channel: int) -> None:
     """P (m + 1)/(2 pi d^2) cos^m A cos exp(-c d) on the diode; its noise by day at the receiver's depth over that in
-    the dark is taken from the level: Kaushal and Kaddoum 2016, electrical power in decibels of its current."""
+    the dark is taken from the level: Kaushal and Kaddoum 2016, electrical power in decibels of its current. The lamp is
+    the sender's, everything else the receiver's, a device of another make."""
     a, b = [[0.0, 0, -6], [1.0, 2, -9]], [[9.0, 4, -8], [-8.0, 5, -4]]
     looks = [quaternion(35, 5, 20), quaternion(150, -20, -40)]
     back = [quaternion(-140, -20, 10), quaternion(-40, 15, 70)]
     world = Around()
-    one = light(world, sun=sun, channel=channel)
-    (heard,) = one.hear([(1, 0, copy)], {1: ends(*a, turned=looks), 0: ends(*b, turned=back)}, 2.0)
+    eye_of = light(world, sun=sun, channel=channel)
+    lamp_of = replace(
+        eye_of, power_w=1.7, half_angle=math.radians(25.0), field_of_view=0.1, area=1.0, responsivity=9.0,
+        filter_share=0.9, bandwidth=7.0, own=OWN + 10,
+    )  # fmt: skip
+    heard = lamp_of.hear((1, 0, copy), {1: ends(*a, turned=looks), 0: ends(*b, turned=back)}, 2.0, eye_of)
     way = np.array(b[copy]) - np.array(a[copy])
     d = float(np.linalg.norm(way))
     axes = [Rotation.from_quat(np.roll(q, -1)).apply([1.0, 0, 0]) for q in (looks[copy], back[copy])]
@@ -119,7 +129,8 @@ def test_light_by_the_link_equation_and_the_noise_of_its_diode(copy: int, sun: f
     m = math.log(0.5) / math.log(math.cos(math.radians(25.0)))
     power = 1.7 * (m + 1) / (2 * math.pi * d * d) * lamp**m * 6e-4 * eye * math.exp(-WATER.attenuation[channel] * d)
     current = 0.35 * power
-    day = 1000.0 * max(math.sin(sun), 0.0) * math.exp(WATER.downwelling[channel] * b[copy][2])
+    over = b[copy][2] - (LEVELS[copy] + 0.01 * b[copy][0] - 0.02 * b[copy][1])  # the waves there
+    day = 1000.0 * max(math.sin(sun), 0.0) * math.exp(WATER.downwelling[channel] * over)
     background = 0.35 * day * 0.03 * 6e-4 * math.sin(math.radians(50.0)) ** 2
 
     def noise(amperes: float) -> float:
@@ -128,10 +139,10 @@ def test_light_by_the_link_equation_and_the_noise_of_its_diode(copy: int, sun: f
     excess = noise(current + background) / noise(0.0)
     assert heard.lost == ""
     assert heard.level_db == pytest.approx(20 * math.log10(current) - 10 * math.log10(excess), abs=1e-6)
-    assert one.noise() == pytest.approx(10 * math.log10(noise(0.0)), abs=1e-9)
+    assert eye_of.noise() == pytest.approx(10 * math.log10(noise(0.0)), abs=1e-9)
     assert heard.delay_s == pytest.approx(d * 1.34 / 299_792_458.0)
     ((_, _, reach, of_copy, own),) = world.casts
-    assert (reach, of_copy, own) == (pytest.approx(d - 1.5), copy, 70 + copy)
+    assert (reach, of_copy, own) == (pytest.approx(d - 1.5), copy, 80 + copy)
 
 
 def test_why_no_light_comes() -> None:
@@ -140,12 +151,12 @@ def test_why_no_light_comes() -> None:
     ahead, back = quaternion(0, 0, 0), quaternion(180, 0, 0)
     for pair in ((dry, wet), (wet, dry)):
         poses = {0: ends(pair[0], turned=[ahead]), 1: ends(pair[1], turned=[back])}
-        assert light(Around()).hear([(0, 1, 0)], poses, 0.0)[0].lost == "in air"
+        assert lost(light(Around()), (0, 1, 0), poses) == "in air"
 
     def why(lamp: float, eye: float, *, stands: bool = False, distance: float = 12.0) -> str:
         poses = {0: ends([0.0, 0, -5], turned=[quaternion(lamp, 0, 0)]),
                  1: ends([distance, 0, -5], turned=[quaternion(180.0 + eye, 0, 0)])}  # fmt: skip
-        return light(Around(stands=stands)).hear([(0, 1, 0)], poses, 0.0)[0].lost
+        return lost(light(Around(stands=stands)), (0, 1, 0), poses)
 
     assert [why(0, 0), why(89, 0), why(91, 0), why(0, 49), why(0, -51)] == ["", "", "out of beam", "", "out of beam"]
     assert [why(0, 0, stands=True), why(0, 0, stands=True, distance=2.9)] == ["blocked", ""]
@@ -213,8 +224,6 @@ def test_a_transponder_sends_with_the_power_of_its_class(keys: dict[str, Any], n
     """12.5 W and 2 W over 1 mW: 41 and 33 dB."""
     added: list[Any] = []
     medium: Any = SimpleNamespace(add=lambda port, context: added.append(port))
-    from dataclasses import replace
-
     Ais(AisConfig(mmsi=211_000_009, address=5, **keys), replace(SensorContext.alone("a.ais"), medium=medium))
     (port,) = added
     assert (port.carrier.power_dbm, port.carrier.noise_dbm, port.carrier.frequency) == (power, noise, 162e6)

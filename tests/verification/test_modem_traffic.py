@@ -212,7 +212,7 @@ def test_a_range_is_half_the_time_without_the_turnaround() -> None:
     ("no path", {"signals": {"ab": lost("no path")}}), ("blocked", {"signals": {"ab": lost("blocked")}}),
     ("in air", {"depths": {"b": [-0.2]}}), ("in air", {"depths": {"a": [-0.2]}}),
     ("in air", {"sea": -10.5, "signals": {"ab": lost("blocked")}}), ("too deep", {"depths": {"b": [30.5]}}),
-    ("too deep", {"depths": {"a": [12.5]}}),
+    ("too deep", {"depths": {"a": [12.5]}}), ("too deep", {"sea": 1.5, "depths": {"b": [29.0]}}),  # at high water
 ])  # fmt: skip
 def test_what_cannot_arrive_is_known_when_it_is_sent(why: str, keys: dict[str, Any]) -> None:
     traffic = network(modem_port("a.m", depth_max_m=12.0), modem_port("b.m", address=1, depth_max_m=30.0), **keys)
@@ -253,6 +253,39 @@ def test_spreading_helps_against_foreign_packets_alone(keys: dict[str, Any], fat
     say(traffic, "c", "*")
     _, fates = run(traffic, 60)
     assert told(fates, "b") == fates_at_b
+
+
+@dataclass
+class Ray:
+    """A carrier that keeps what it is asked, by its name; what comes is as loud as the receiver is good."""
+
+    name: str
+    noisy: float
+    asked: list[Any] = field(default_factory=list)
+
+    def hear(self, pair: Any, poses: Any, t: float, at: Any) -> HeardSignal:
+        self.asked.append((self.name + at.name, pair, sorted(poses), t))
+        return heard(0.01, at.noisy + 25.0)
+
+    def noise(self) -> float:
+        return self.noisy
+
+
+def test_light_goes_from_the_senders_lamp_to_the_receivers_diode() -> None:
+    """Three devices of different makes; nobody asks the water, and the noise is the receiver's own."""
+    a, b, c = (
+        modem_port(f"{n}.m", address=k, kind="light", carrier=Ray(n, 31.0 + 7 * k), multipath_window_s=1.0)
+        for k, n in enumerate("abc")
+    )
+    traffic = network(a, b, c, copies=2)
+    say(traffic, "b", "c.m", where=[1])
+    packets, fates = run(traffic, 30)
+    assert [c.carrier.asked, a.carrier.asked] == [[], []]  # type: ignore[union-attr]
+    assert b.carrier.asked == [("ba", (1, 0, 1), [0, 1, 2], 0.02), ("bc", (1, 2, 1), [0, 1, 2], 0.02)]  # type: ignore[union-attr]
+    assert traffic._medium.asked == []  # type: ignore[attr-defined]
+    ((_, copy, packet),) = packets["c"]
+    assert (copy, packet.level_db, packet.snr_db) == (1, 31.0 + 14 + 25.0, 25.0)
+    assert [told(fates, name) for name in "abc"] == [["received"], [], ["received"]]
 
 
 def test_bands_that_do_not_meet_are_not_asked_for() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.integrate import trapezoid
-from sonar_scenes import DT_NS, PLAIN, LayeredWater, StillWater, at, box, context, plane, sphere
+from sonar_scenes import DT_NS, PLAIN, LayeredWater, StillWater, at, box, context, plane, sphere, still_water
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import shaded_length, weighted_line_np
@@ -296,6 +296,15 @@ class TestAdcp:
         assert ranges[beam] == pytest.approx(8.4, abs=0.01)
         edge = reading.tables["depth"] + 0.5
         np.testing.assert_array_equal(reading.extras["cell_valid"][0], edge < 8.4 * math.cos(math.radians(20)) ** 2)
+
+    def test_the_bottom_drowns_cells_that_lie_farther_away_than_they_are_said_to(self):
+        """Slow sound assumed, 1400 of 1560 m/s: the end of the last cell, 40.5 m, is at 45.1 m, the bottom at 45 or
+        52 m, whose echo comes from 45 m cos(20 deg) and 52 m cos(20 deg) on: 42.3 and 48.9 m."""
+        config = AdcpConfig(noise_mps=0.0, cells=40, sound_speed_mps=1400.0)
+        for height, last in ((45.0, 42.3), (52.0, 48.9)):
+            s = Adcp(config, context([below(height)], ocean=still_water(1560.0)))
+            edge = (s.tables["depth"] + 0.5) * 1560 / 1400
+            np.testing.assert_array_equal(s.sense(at(0, 0, DEEP)).extras["cell_valid"][0], edge < last)
 
     def test_it_measures_nothing_in_the_air(self):
         s = Adcp(AdcpConfig(noise_mps=0.0, cells=3), context([plane(-90.0)]))

@@ -119,6 +119,7 @@ def test_vehicles_hum_and_reach_as_far_as_their_hulls() -> None:
     (360.0, 45.0, [180, 135, 90, 45, 0, -45, -90, -135, 180, 135]),
     (100.0, 30.0, [50, 20, -10, -40, -10, 20, 50, 20]),  # the last step would leave the sector
     (90.0, 45.0, [45, 0, -45, 0, 45, 0]),
+    (30.9, 10.3, [15.45, 5.15, -5.15, -15.45, -5.15]),  # three steps, of which floats lack the last digit
     (360.0, 7.0, [180, 173, 166]),
 ])  # fmt: skip
 def test_a_head_goes_round_or_to_and_fro(sector: float, step: float, expected: list[float]) -> None:

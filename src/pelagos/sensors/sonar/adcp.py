@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 
 _OF_ECHOES: Final = ("frequency_hz", "beamwidth_deg", "ph", "wind_speed_mps")
+_FASTEST: Final = 1600.0  # sound speed [m/s] that no sea exceeds
 _CLEAR_DB: Final = -75.0  # Sv [dB re 1/m] of ordinary coastal water; assumed
 
 
@@ -177,6 +178,10 @@ class Adcp:
         velocity = sensor_velocity(motion, self._mounting)
         tilt = math.cos(math.radians(config.beam_tilt_deg))
         far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
+        if (
+            config.sound_speed_mps is not None
+        ):  # by less than the water's, the last cell is farther away than it is said
+            far *= max(_FASTEST / config.sound_speed_mps, 1.0)
         view = ping.cast(max_range=float(far), smooth=False)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
         hits = view.hits

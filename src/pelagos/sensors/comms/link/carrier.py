@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
@@ -35,8 +35,8 @@ class PoseOf(Protocol):
 class Carrier(Protocol):
     """Carrier of packets between ends of the same kind."""
 
-    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[HeardSignal]:
-        """Levels of pairs of (sender, receiver, copy)."""
+    def hear(self, pair: Pair, poses: Mapping[int, Any], t: float, at: Any) -> HeardSignal:
+        """Level of what this sends at a receiver of the same kind, `at`: (sender, receiver, copy)."""
 
     def noise(self) -> float:
         """Level of the noise in the band, in the same decibels."""
@@ -92,13 +92,12 @@ class Light:
     filter_share: float
     own: NDArray[np.uint32]
 
-    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[HeardSignal]:
-        """Straight light from sensor axis x to sensor axis x."""
-        return [self._one(poses[a], poses[b], c, t) for a, b, c in pairs]
-
-    def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> HeardSignal:
+    def hear(self, pair: Pair, poses: Mapping[int, PoseOf], t: float, at: Light) -> HeardSignal:
+        """Straight light from this lamp's axis x to the receiver `at`'s axis x."""
+        sender, receiver, c = poses[pair[0]], poses[pair[1]], pair[2]
         a, b = sender.position[c], receiver.position[c]
-        if _height(self.ocean, a, t, c) > 0.0 or _height(self.ocean, b, t, c) > 0.0:
+        heights = _height(self.ocean, a, t, c), _height(self.ocean, b, t, c)
+        if max(heights) > 0.0:
             return _lost("in air")
         way = b - a
         distance = max(float(np.linalg.norm(way)), 0.05)
@@ -106,18 +105,18 @@ class Light:
         axis = np.array([[1.0, 0.0, 0.0]])
         cos_lamp = float(rotate_np(sender.attitude[c : c + 1], axis)[0] @ ahead)
         cos_receiver = float(-rotate_np(receiver.attitude[c : c + 1], axis)[0] @ ahead)
-        if cos_lamp <= 0.0 or cos_receiver < math.cos(self.field_of_view):
+        if cos_lamp <= 0.0 or cos_receiver < math.cos(at.field_of_view):
             return _lost("out of beam")
         if _stands_between(self.world, a, b, c, int(self.own[c])):
             return _lost("blocked")
         attenuation = float(self.ocean.water.attenuation[self.channel])
         order = lambert_order(self.half_angle)
         power = received_power(
-            self.power_w, distance, attenuation, self.area, order=order, cos_lamp=cos_lamp, cos_receiver=cos_receiver
+            self.power_w, distance, attenuation, at.area, order=order, cos_lamp=cos_lamp, cos_receiver=cos_receiver
         )
-        current = self.responsivity * power
+        current = at.responsivity * power
         # the excess of shot noise by signal and daylight over the noise of the dark is taken from the signal
-        excess = self._noise(current, self._daylight(-float(b[2]))) / self._noise(0.0, 0.0)
+        excess = at._noise(current, at._daylight(-heights[1])) / at._noise(0.0, 0.0)
         level = 20.0 * math.log10(max(current, 1e-30)) - 20.0 * math.log10(excess)
         return HeardSignal(distance * _INDEX / LIGHT_SPEED, level, NOTHING, 0.0, 1.0, "", None)
 
@@ -160,11 +159,9 @@ class Radio:
     noise_dbm: float
     own: NDArray[np.uint32]
 
-    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[HeardSignal]:
-        """From antenna to antenna."""
-        return [self._one(poses[a], poses[b], c, t) for a, b, c in pairs]
-
-    def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> HeardSignal:
+    def hear(self, pair: Pair, poses: Mapping[int, PoseOf], t: float, at: Radio) -> HeardSignal:
+        """From antenna to antenna; what the receiver `at` is like is in its noise."""
+        sender, receiver, c = poses[pair[0]], poses[pair[1]], pair[2]
         a, b = sender.position[c], receiver.position[c]
         heights = _height(self.ocean, a, t, c), _height(self.ocean, b, t, c)
         if min(heights) <= 0.0:

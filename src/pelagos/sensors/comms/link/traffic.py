@@ -217,8 +217,8 @@ class Traffic:
             heard = self._medium.hear(pairs, poses, now * 1e-9, self._cache, lag)
             level = self._medium.level(now * 1e-9)
         else:
-            carriers = [self._ports[a].carrier for a, _, _ in pairs]
-            heard = [c.hear([p], poses, now * 1e-9)[0] for c, p in zip(carriers, pairs, strict=True) if c is not None]
+            ends = [(p, self._ports[p[0]].carrier, self._ports[p[1]].carrier) for p in pairs]
+            heard = [lamp.hear(p, poses, now * 1e-9, eye) for p, lamp, eye in ends if lamp is not None]
         for t, (_, r, c), h in zip(which, pairs, heard, strict=True):
             self._incoming.append(self._coming(t, r, c, h, poses, level))
 
@@ -229,7 +229,7 @@ class Traffic:
         if r not in self._noise:
             self._noise[r] = self._quiet(port)
         dry = poses[r].position[c, 2] > level or poses[t.sender].position[c, 2] > level
-        crushed = any(-poses[k].position[c, 2] > p.depth_max_m for k, p in ((r, port), (t.sender, sender)))
+        crushed = any(level - poses[k].position[c, 2] > p.depth_max_m for k, p in ((r, port), (t.sender, sender)))
         lost = "in air" if dry else "too deep" if crushed else h.lost
         if not port.understands(sender):
             lost = lost or "foreign"
