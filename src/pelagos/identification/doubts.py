@@ -30,6 +30,14 @@ _CAPSIZED = 0.6  # rad: more than trials in calm water have
 _ROUNDING = 1e-6  # of a coordinate's own change: more than fits to a run without noise leave of it
 
 
+def doubts_before(record: Record, model: Model, water: Water) -> tuple[str, ...]:
+    """Doubts about what a fit is made from."""
+    return (
+        *doubts_of_record(record), *doubts_of_heel(record, model), *doubts_of_commands(record, model),
+        *doubts_of_water(water, model),
+    )  # fmt: skip
+
+
 def doubts_of_record(record: Record) -> tuple[str, ...]:
     """Columns that jump, as the record says, and columns that do not change."""
     still = []
