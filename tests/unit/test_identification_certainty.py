@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 from pelagos.errors import InputError
+from pelagos.identification import output
 from pelagos.identification.certainty import _scores, _spent, certainty
-from pelagos.identification.doubts import doubts_of_fit
+from pelagos.identification.doubts import doubts_of_fit, doubts_of_heel
 from pelagos.identification.fit import _estimate, _nothing_unseen
 from pelagos.identification.parameters import Parameter
 from pelagos.identification.problem import Normal, Target
+from pelagos.identification.shots import Shots
 from pelagos.identification.steps import finite_substeps
+from pelagos.vehicles.vehicle import Vehicle
 
 
 def regression(initial: int = 0) -> tuple[Normal, np.ndarray, np.ndarray]:
@@ -193,3 +196,44 @@ def test_of_one_shot_any_growth_is_worse():
         plan=SimpleNamespace(sigma={}, actuators_from="unknown"),
     )  # fmt: skip
     assert len(doubts_of_fit(made)) == 1
+
+
+@pytest.mark.parametrize(("noise", "told"), [(2e-9, False), (2e-3, True)])
+def test_rounding_of_a_first_shot_is_no_contradiction(noise: float, told: bool):
+    """Twelve times as large as in the others: of runs without noise it is 1e-8 of the motion."""
+    off = noise * np.random.default_rng(8).normal(size=(100, 1, 5)) * [12.0, 1.0, 1.0, 1.0, 1.0]
+    motion = SimpleNamespace(values=lambda name: np.sin(np.arange(500.0)))
+    shots = SimpleNamespace(starts=100 * np.arange(5), preroll=np.full(5, 30))
+    made = SimpleNamespace(
+        estimates=(), found=SimpleNamespace(settled=True, differences=off, shots=shots), test=None, record=motion,
+        plan=SimpleNamespace(sigma={}, fitted=("roll",), actuators_from="rest"),
+    )  # fmt: skip
+    assert any("missed by 12 times the others" in text for text in doubts_of_fit(made)) == told
+
+
+@pytest.mark.parametrize(("name", "told"), [("otter", True), ("remus100", False)])
+def test_a_boat_that_would_capsize_rolls_in_degrees(name: str, told: bool):
+    """What dives may loop; rows that are not used say nothing, and half a radian is a roll."""
+    model = Vehicle.from_catalogue(name).model
+    roll, pitch = np.array([9.0, 0.1, -2.5, 0.3]), np.array([-9.0, 0.58, -0.59, 0.2])
+    record = SimpleNamespace(measured={"roll": roll, "pitch": pitch, "u": 9 * roll}, runs=((1, 2), (2, 4)))
+    found = doubts_of_heel(record, model)
+    assert [text[:28] for text in found] == (["roll goes to 2.5 rad, 143 de"] if told else [])
+
+
+def test_a_picture_of_the_unseen_part_has_no_fitted_shots(monkeypatch: pytest.MonkeyPatch):
+    """The last two of five shots of 10 s, at rows 0, 10, ...; a parameter over its prior, the tick at 1."""
+    drawn = []
+    monkeypatch.setattr(output.theme, "as_png", lambda figure: drawn.append(figure) or b"")
+    shots = Shots(10 * np.arange(5), 10, *(np.zeros(5) for _ in range(5)))
+    k_m = SimpleNamespace(parameter=SimpleNamespace(name="K_M", prior=-100.0), value=-80.0, low=-85.0, high=-70.0)
+    made = SimpleNamespace(
+        simulated=(np.zeros((11, 12, 5)), shots), test=SimpleNamespace(shots=2), plan=SimpleNamespace(fitted=("u",)),
+        record=SimpleNamespace(step_s=0.5, start_s=3.0, values=lambda name: np.zeros(51) if name == "u" else None),
+        estimates=(SimpleNamespace(**vars(k_m), identified=True),),
+    )  # fmt: skip
+    output.draw(made)
+    speeds, parameters = drawn[0].axes
+    times = np.concatenate([line.get_xdata() for line in speeds.lines if len(line.get_xdata()) > 2])
+    assert [times.min(), times.max()] == [3.0 + 15.0, 3.0 + 25.0]
+    assert [np.ravel(line.get_xdata()).tolist() for line in parameters.lines] == [[0.85, 0.7], [0.8], [1.0]]

@@ -283,6 +283,9 @@ def test_banks_that_cannot_be_are_refused():
                       [[0, 1.0, 0, 2.0]])  # fmt: skip
     with pytest.raises(ScenarioError, match="under water, for which there is the term boundary"):
         pl.Vehicle.from_catalogue("remus100", terms={"walls": {"type": "bank", "draught_m": 0.1}})
+    walls = ship()["terms"]["walls"]
+    with pytest.raises(PelagosError, match="walls and quay are both of type bank: a hull has one image in a wall"):
+        pl.Vehicle.from_dict(ship(terms={**ship()["terms"], "quay": walls}))
     with pytest.raises(PelagosError, match="draught_m"):
         pl.Vehicle.from_dict(ship(terms={"float": ship()["terms"]["float"], "walls": {"type": "bank"}}))
     with pytest.raises(ScenarioError, match="for monohulls; this vehicle floats on hulls beside each other"):

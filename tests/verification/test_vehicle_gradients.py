@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import drjit as dr
 import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.vehicles.flow import make_flow, rotation_from_euler
 from pelagos.vehicles.gradient import pull_back, rollout
 from pelagos.vehicles.state import VehicleState
 from pelagos.vehicles.vehicle import Vehicle
@@ -87,3 +89,20 @@ def test_gradients_by_mass_matrix_go_through_the_solver():
     for a, b in zip(solved, inverted, strict=True):
         assert float(jit.Float64(a)[0]) == pytest.approx(float(jit.Float64(b)[0]), rel=1e-12)
     assert np.isfinite(float(solved[0][0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "term"), [("glider", "glide"), ("remus100", "lift_drag"), ("torpedo", "lift_drag"), ("fixed_wing", "wing")]
+)
+def test_slopes_of_lift_at_rest_are_numbers(name, term):
+    """Runs begin at rest, where the angle of attack has no slope; forces go with the speed squared, or the speed times
+    a rate, and so have none either."""
+    nu = [jit.Float64(0.0) for _ in range(6)]
+    dr.enable_grad(nu)
+    for k, speed in enumerate(nu):
+        dr.set_grad(speed, (-1.0) ** k * (1 + k))
+    still = make_flow([0.0, 0.0, 30.0], rotation_from_euler(0.0, 0.0, 0.0), nu, [0.0] * 3)
+    wrench = [x for x in Vehicle.from_catalogue(name).model.terms[term].wrench(still) if isinstance(x, jit.Float64)]
+    dr.enqueue(dr.ADMode.Forward, nu)
+    dr.traverse(dr.ADMode.Forward)
+    assert [dr.grad(x)[0] for x in wrench] == pytest.approx([0.0] * len(wrench), abs=1e-3)  # at 3e-5 m/s, not at 0

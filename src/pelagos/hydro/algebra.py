@@ -150,3 +150,9 @@ def norm(a: Vector) -> Array:
         return float(square) ** 0.5
     positive = square > 0
     return dr.select(positive, dr.sqrt(dr.select(positive, square, 1.0)), 0.0)
+
+
+def inflow_angle(across: Array, ahead: Array) -> Array:
+    """atan2(across, ahead) [rad]; at rest it and its gradient are 0, not NaN."""
+    still = (across == 0) & (ahead == 0)
+    return dr.atan2(across, dr.select(still, 1.0, ahead))

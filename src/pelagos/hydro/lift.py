@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Vector, cross, dot, mul, neg, total
+from pelagos.hydro.algebra import Vector, cross, dot, inflow_angle, mul, neg, total
 from pelagos.jit import Array
 
 
@@ -48,7 +48,7 @@ def lift_and_drag(polar: Polar, density: Array, nu_r: Vector, *, mirrored: bool)
     large lift and drag that Fossen's programs have there (for agreement with them, not for truth).
     """
     u, w = nu_r[0], nu_r[2]
-    alpha = dr.atan2(w, dr.abs(u) if mirrored else u)
+    alpha = inflow_angle(w, dr.abs(u) if mirrored else u)
     lift = polar.slope * alpha
     drag = polar.parasitic + polar.induced * lift * lift
     pressure = 0.5 * density * polar.area * dot(nu_r[:3], nu_r[:3])

@@ -15,6 +15,7 @@ from pelagos.identification.steps import DOUBTED
 from pelagos.identification.water import Water
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.terms.windage import Windage
+from pelagos.vehicles.wetness import Floating
 
 if TYPE_CHECKING:
     from pelagos.identification.fit import Fit, Score
@@ -25,6 +26,16 @@ _WORSE = 1.5  # times the squares before the fit: worse, however few the shots
 _SURE = 0.95  # that the unseen part is predicted worse
 _FAR = 3.0  # of the sizes of residuals, as `sigma` says and as they are
 _MISSED = 3.0  # times what other shots are off, as models that are not perfect seldom do
+_CAPSIZED = 0.6  # rad: more than trials in calm water have
+_ROUNDING = 1e-6  # of a coordinate's own change: more than fits to a run without noise leave of it
+
+
+def doubts_before(record: Record, model: Model, water: Water) -> tuple[str, ...]:
+    """Doubts about what a fit is made from."""
+    return (
+        *doubts_of_record(record), *doubts_of_heel(record, model), *doubts_of_commands(record, model),
+        *doubts_of_water(water, model),
+    )  # fmt: skip
 
 
 def doubts_of_record(record: Record) -> tuple[str, ...]:
@@ -39,6 +50,21 @@ def doubts_of_record(record: Record) -> tuple[str, ...]:
         return record.doubts
     told = f"{', '.join(still)}: the same in all rows that are used, so that nothing excites it and it has no R2"
     return (*record.doubts, f"{told}; leave out what was not measured")
+
+
+def doubts_of_heel(record: Record, model: Model) -> tuple[str, ...]:
+    """Tilts in which what floats would capsize: small angles in degrees that are taken for radians."""
+    if not isinstance(model.wetting, Floating):
+        return ()
+    most = {
+        name: max(float(np.abs(record.measured[name][a:b]).max()) for a, b in record.runs)
+        for name in ("roll", "pitch") if name in record.measured
+    }  # fmt: skip
+    return tuple(
+        f"{name} goes to {angle:.3g} rad, {np.degrees(angle):.3g} deg, in which what floats capsizes: is its column in "
+        "degrees? Give it unit: deg"
+        for name, angle in most.items() if angle > _CAPSIZED
+    )  # fmt: skip
 
 
 def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
@@ -129,16 +155,25 @@ def _begun_otherwise(made: Fit) -> Iterator[str]:
     told = shots.starts < shots.preroll.max()
     if not told.any() or told.all():
         return
-    size = np.array([max(normal_size(x[np.isfinite(x)]), STILL) for x in off.swapaxes(0, 1)])
+    size = np.array([
+        max(normal_size(x[np.isfinite(x)]), _ROUNDING * _change(made.record, name), STILL)
+        for name, x in zip(made.plan.fitted, off.swapaxes(0, 1), strict=True)
+    ])  # fmt: skip
     missed = np.sqrt(np.nanmean((off / size[:, None]) ** 2, axis=(0, 1)))  # (s,)
     usual, most = float(np.median(missed[~told])), float(missed[told].max())
-    if most > _MISSED * usual and most > missed[~told].max():
+    if most > _MISSED * max(usual, 1.0) and most > missed[~told].max():
         stood = "0 (rest)" if made.plan.actuators_from == "rest" else "their commands (commands)"
         cure = "commands, or unknown" if made.plan.actuators_from == "rest" else "rest, or unknown"
         yield (
             f"the shot at the beginning of the record is missed by {most / usual:.2g} times the others: actuators are "
             f"taken to be at {stood} there; if they were not, give actuators_from: {cure}"
         )
+
+
+def _change(record: Record, name: str) -> float:
+    """Standard deviation of a coordinate [SI]."""
+    values = record.values(name)
+    return 0.0 if values is None else float(np.nanstd(values))
 
 
 def _unseen(test: Score, before: Score) -> Iterator[str]:

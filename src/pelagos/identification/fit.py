@@ -17,7 +17,7 @@ from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNFELT, UNTOLD, Certainty, certainty
 from pelagos.identification.command_units import in_own_units
 from pelagos.identification.coordinates import COORDINATES, STILL
-from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit, doubts_of_record, doubts_of_water
+from pelagos.identification.doubts import doubts_before, doubts_of_fit
 from pelagos.identification.exchange import exchanged
 from pelagos.identification.excitation import refuse_unexcited
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
@@ -284,9 +284,7 @@ def _narrowed(estimates: tuple[Estimate, ...]) -> None:
 
 def _doubted_before(record: Record, model: Model, water: Water) -> tuple[str, ...]:
     found = (
-        *doubts_of_record(record),
-        *doubts_of_commands(record, model),
-        *doubts_of_water(water, model),
+        *doubts_before(record, model, water),
         *doubts_of_vary(water),
     )
     for text in found:

@@ -113,7 +113,8 @@ def _draw_shots(made: Fit, where: Any) -> None:
     there = [n for n in COORDINATES[6:] if made.record.values(n) is not None]
     names = sorted(there, key=lambda n: n not in wanted)[:4]  # what was fitted comes first
     axes = np.atleast_1d(where.subplots(len(names), 1, sharex=True))
-    last = range(max(0, len(shots) - _SHOWN), len(shots))
+    shown = min(_SHOWN, made.test.shots) if made.test else _SHOWN
+    last = range(max(0, len(shots) - shown), len(shots))
     for ax, name in zip(axes, names, strict=True):
         values = made.record.values(name)
         assert values is not None
@@ -135,7 +136,7 @@ def _draw_shots(made: Fit, where: Any) -> None:
 def _draw_parameters(made: Fit, where: Any) -> None:
     ax = where.subplots()
     for k, e in enumerate(made.estimates):
-        size = abs(e.parameter.prior) or abs(e.value) or 1.0
+        size = e.parameter.prior or abs(e.value) or 1.0
         colour = theme.SENSOR if e.identified else theme.MUTED
         ax.plot([e.low / size, e.high / size], [k, k], color=colour, lw=3, alpha=0.5, solid_capstyle="butt")
         ax.plot(e.value / size, k, "o", color=colour, ms=5)

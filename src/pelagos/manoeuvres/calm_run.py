@@ -17,8 +17,9 @@ from pelagos.manoeuvres.trial import Track, Trial
 from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.vehicle import Vehicle
 
-_RATE_UNDER_WATER_HZ: Final = 100  # small, with strong thrusters
-_RATE_AFLOAT_HZ: Final = 10
+_RATE_SMALL_HZ: Final = 100  # strong thrusters, and rolls of half a second
+_RATE_SHIP_HZ: Final = 10
+_SHIP_M: Final = 30.0  # least length; shorter boats roll within seconds
 _DEEP: Final = 10.0  # lengths: the surface is far from those that do not float
 _SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
 _WAY: Final = 20.0  # lengths of depth below
@@ -57,7 +58,7 @@ class CalmRun:
         self.length = self.vehicle.config.length_m
         self.floats = bool(self.vehicle.config.body.stiffness.any())
         self.depth = None if held else self._checked(depth)
-        self.rate_hz = _RATE_AFLOAT_HZ if self.floats else _RATE_UNDER_WATER_HZ
+        self.rate_hz = _RATE_SHIP_HZ if self.floats and self.length >= _SHIP_M else _RATE_SMALL_HZ
         start = {"position_m": [0, 0], "depth_m": 0.0 if self.floats else _DEEP * self.length}
         modes = {**(vehicle.get("modes") or {}), _MODE: {"type": "actuators"}}
         agent = {"vehicle": {**vehicle, "modes": modes}, "control": _MODE, "start": start}

@@ -37,7 +37,7 @@ from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
 _ONCE: Final = {
     "boundary": "a hull has one image in a plane", "squat": "a hull sinks once", "clarke": "a hull has one side force",
-    "roll_damping": "a hull's roll is damped once",
+    "roll_damping": "a hull's roll is damped once", "bank": "a hull has one image in a wall",
 }  # fmt: skip
 """Terms that a vehicle may have once, and why."""
 

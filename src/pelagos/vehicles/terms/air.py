@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Vector, dot
+from pelagos.hydro.algebra import Vector, dot, inflow_angle
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
@@ -83,7 +83,7 @@ class Wing:
         u, v, w, p, q, r = flow.nu_r
         square = dot(flow.nu_r[:3], flow.nu_r[:3])
         speed = dr.sqrt(square + 1e-9)
-        alpha = dr.atan2(w, u)
+        alpha = inflow_angle(w, u)
         beta = dr.asin(dr.clip(v / speed, -1.0, 1.0))
         sin, cos = dr.sincos(alpha)
         stalled = _separation(alpha, math.radians(c.stall_deg), c.blend)

@@ -7,7 +7,7 @@ from typing import Final, Literal
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Vector, dot
+from pelagos.hydro.algebra import Vector, dot, inflow_angle
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig
 
@@ -62,7 +62,7 @@ class Glide:
         c = self.config
         u, v, w = flow.nu_r[:3]
         square = dot(flow.nu_r[:3], flow.nu_r[:3])
-        angle = dr.atan2(w, u)
+        angle = inflow_angle(w, u)
         alpha = dr.clip(angle, -_STALL, _STALL) * dr.select(dr.abs(angle) > _STALL, dr.maximum(dr.cos(angle), 0.0), 1.0)
         speed = dr.sqrt(square + 1e-12)
         beta = dr.asin(dr.clip(v / speed, -1.0, 1.0))
