@@ -20,14 +20,12 @@ def draws() -> Draws:
 
 def words(blocks: int) -> np.ndarray:
     """Of each copy, `(4 blocks, 3)`, as numbers between 0 and 1; the last of a block's four comes first."""
-    u32 = lambda value: jit.UInt32(value)
-    found = [
-        [np.array(w)[0] for w in philox((u32(b), u32(e), u32(m), u32(0)), (u32(SEED), u32(c)))][::-1]
-        for b in range(blocks)
-        for c, e, m in zip(COPIES, EPISODES, MOMENTS, strict=True)
-    ]
+    u32 = lambda values: jit.from_numpy(jit.UInt32, np.array(values, np.uint32))
+    block, copies, episodes = np.repeat(np.arange(blocks), 3), COPIES * blocks, EPISODES * blocks
+    four = philox((u32(block), u32(episodes), u32(MOMENTS * blocks), jit.UInt32(0)), (jit.UInt32(SEED), u32(copies)))
+    found = [np.array(w) for w in four][::-1]
     table = (np.array(found, dtype=np.float64) + 0.5) / 2**32
-    return table.reshape(blocks, 3, 4).swapaxes(1, 2).reshape(-1, 3)
+    return table.reshape(4, blocks, 3).swapaxes(0, 1).reshape(-1, 3)
 
 
 def rows(values: Any) -> np.ndarray:

@@ -189,7 +189,16 @@ def test_chunks_end_every_half_second_of_either_clock(monkeypatch: pytest.Monkey
     r = Recorder("a.mcap", "", 3, {"boat": {}}, None, (1.0, 2.0), 10, writer=held)
     row = [np.ones((1, width)) for width in (3, 4, 3, 3)]
     ended = []
-    for t_ms, now in ((0, 50), (499, 50.1), (500, 50.2), (900, 50.6), (990, 50.75), (1000, 50.8), (1489, 51), (1490, 51)):
+    for t_ms, now in (
+        (0, 50),
+        (499, 50.1),
+        (500, 50.2),
+        (900, 50.6),
+        (990, 50.75),
+        (1000, 50.8),
+        (1489, 51),
+        (1490, 51),
+    ):
         before, wall.now = len(held.flushed), now
         r.write_truth("boat", t_ms * 1_000_000, *row)
         ended += [t_ms] * (len(held.flushed) - before)

@@ -69,16 +69,16 @@ def test_a_motion_at_other_times_is_drawn_between_its_samples_and_held_beyond() 
 
 
 def test_the_table_of_sensors_counts_their_messages_and_rate() -> None:
-    """A sensor with two topics is one row: the longer count, and the rate of the first that has one."""
-    times = {"/auv/dvl/twist": [5], "/auv/dvl/dvl": [0, 200, 400, 1000], "/auv/gps/fix": [], "/boat/gps/fix": [1, 2],
-             "/auv/truth": [3]}  # fmt: skip
+    """A sensor with three topics is one row: the longest count, and the rate of the first that has one."""
+    times = {"/auv/dvl/a": [5], "/auv/dvl/twist": [0, 200, 400, 1000], "/auv/dvl/dvl": [0, 100], "/auv/gps/fix": [],
+             "/boat/gps/fix": [1, 2], "/auv/truth": [3]}  # fmt: skip
     about = {t: {"sensor": t.split("/")[2], "type": "x" + t.split("/")[2], "rate_hz": "2.5"} for t in times}
     about["/auv/truth"] = {"agent": "auv"}
     channels = {t: Channel(t, f"kind of {t}", about[t]) for t in times}
     recording: Any = SimpleNamespace(channels=channels, times=lambda t: np.array(times[t], dtype=np.int64) * 10**6)
     dvl, gps = sensor_table(Mission(recording, "auv"))
     assert dvl == {"sensor": "dvl", "type": "xdvl", "rate_hz": 2.5, "count": 4, "recorded_hz": pytest.approx(3.0),
-                   "messages": ["kind of /auv/dvl/twist", "kind of /auv/dvl/dvl"]}  # fmt: skip
+                   "messages": [f"kind of /auv/dvl/{t}" for t in ("a", "twist", "dvl")]}  # fmt: skip
     assert (gps["count"], gps["recorded_hz"]) == (0, None)
 
 
@@ -140,13 +140,16 @@ def test_gyroscopes_are_averaged_and_a_logs_velocity_is_that_of_the_origin() -> 
 def test_dead_reckoning_starts_from_the_first_fix_and_counts_its_drift() -> None:
     """With a fix that is off by a known step; its track is the sum of its own velocities."""
     truth = motion(np.arange(0.0, 12.0, 0.05))
-    t, imu = truth.t, np.concatenate([RNG.normal(0.0, 0.02, (240, 3)), RNG.normal(0.0, 0.1, (240, 3)) + [0, 0, 9.8]], 1)
+    t, imu = truth.t, RNG.normal([0.0] * 5 + [9.8], [0.02] * 3 + [0.1] * 3, (240, 6))
     dvl, depth = RNG.normal(size=(240, 6)) * 0.3 + 0.5, RNG.uniform(3.0, 4.0, (50, 1))
     off, first = np.array([2.0, -1.5, 0.7]), truth.at(np.array([1.2]))
     antenna = first.position[0] + Rotation.from_quat(np.roll(first.attitude[0], -1)).apply(LEVER) + off
-    fix = navigation.origin(Told()).to_geodetic(antenna[None])
+    origin = navigation.origin(Told())
+    assert (origin.latitude, origin.longitude) == (12.5, -7.25)
+    fix = origin.to_geodetic(antenna[None])
     given = {"motion": truth, "imu": (t, imu), "dvl": (t, dvl), "depth": (np.linspace(0, 12, 50), -depth),
-             "gps": (np.array([1.2, 1.3]), np.stack([fix[0], fix[0] + 0.1])), "mounts": {"gps": (LEVER, None)}}  # fmt: skip
+             "gps": (np.array([1.2, 1.3]), np.stack([fix[0], fix[0] + 0.1])),
+             "mounts": {"gps": (LEVER, None)}}  # fmt: skip
     found = navigation.dead_reckoning(Told(**given))
     assert found is not None
     assert found.start == "gps"
@@ -212,10 +215,11 @@ def test_cells_are_square_and_hold_their_own_points() -> None:
 
 
 def test_what_stands_on_the_ground_is_no_error_of_the_soundings() -> None:
-    """Of a thousand, a hundred lie 3 m higher and fifty have no ground below them."""
+    """Of a thousand, sixty lie 3 m higher, forty 2 m lower, and fifty have no ground below them."""
     xy = RNG.uniform(0.0, 10.0, (1000, 2))
     error = RNG.normal(0.2, 0.05, 1000)
-    error[:100] += 3.0
+    error[:60] += 3.0
+    error[60:100] -= 2.0
     ground = lambda x, y: np.where(y > 9.99, np.nan, -20 + 0.3 * x - 0.1 * y)
     points = np.column_stack([xy, ground(*xy.T) + error])
     points[900:950, 1], points[900:950, 2] = 9.995, -20.0
@@ -262,6 +266,8 @@ def test_a_map_is_not_narrower_than_half_its_length_and_ends_at_the_worlds_edge(
     low, high = track.around(points, np.array([[-10.0, 0.0], [1e4, 142.0]]), margin=0.1)
     room = 0.02 * 55
     np.testing.assert_allclose([low, high], [[-10 - room, 35.0], [35.0, 142 + room]])
+    low, high = track.around(points, np.array([[0.0, 50.0], [1e4, 130.0]]), margin=0.1)  # that some points are beyond
+    np.testing.assert_allclose([low, high], [[-room, 40 - room], [35.0, 140 + room]])
     low, high = track.around(points[:1], wide, margin=0.0)
     np.testing.assert_allclose([low, high], [[-2, 35], [8, 45]])
 
@@ -270,21 +276,21 @@ def test_a_map_is_not_narrower_than_half_its_length_and_ends_at_the_worlds_edge(
 
 
 def school() -> Swarm:
-    """Six members of unequal ways, four samples."""
+    """Sixteen members of unequal ways, four samples."""
     rng = np.random.default_rng(8)
-    members: list[Any] = [SimpleNamespace(name=f"auv_{i}") for i in range(6)]
+    members: list[Any] = [SimpleNamespace(name=f"auv_{i}") for i in range(16)]
     t = np.array([0.0, 1.0, 3.0, 4.0])
-    return Swarm("auv", members, t, rng.uniform(-30, 30, (4, 6, 3)), np.array([[1.0, 2.0]]))
+    return Swarm("auv", members, t, rng.uniform(-30, 30, (4, 16, 3)), np.array([[1.0, 2.0]]))
 
 
 def test_the_nearest_of_each_member_and_the_pairs_that_came_nearest(monkeypatch: pytest.MonkeyPatch) -> None:
     found = school()
     away, whom = found.nearest
     pairs: dict[tuple[str, str], tuple[float, float]] = {}
-    for i in range(6):
+    for i in range(16):
         mine = {}
         for k in range(4):
-            distances = {j: math.dist(found.position[k, i], found.position[k, j]) for j in range(6) if j != i}
+            distances = {j: math.dist(found.position[k, i], found.position[k, j]) for j in range(16) if j != i}
             other = min(distances, key=lambda j: distances[j])
             assert (away[k, i], whom[k, i]) == (pytest.approx(distances[other]), other)
             mine[distances[other]] = (k, other)
@@ -300,11 +306,11 @@ def test_the_nearest_of_each_member_and_the_pairs_that_came_nearest(monkeypatch:
     monkeypatch.setattr(swarm.theme, "as_png", lambda drawn: b"")
     numbers: dict[str, Any] = {}
     text = swarm_section(found, None, numbers).text
-    way = [sum(math.dist(*found.position[k : k + 2, i]) for k in range(3)) for i in range(6)]
+    way = [sum(math.dist(*found.position[k : k + 2, i]) for k in range(3)) for i in range(16)]
     said = numbers["swarms"]["auv"]
     assert said["way_m"] == {"mean": pytest.approx(np.mean(way)), "least": pytest.approx(min(way))}
     assert said["separation_m"] == {"least": pytest.approx(away.min()), "median": pytest.approx(np.median(away))}
-    assert (said["members"], said["contacts"], "felt 1 contacts" in text) == (6, 1, True)
+    assert (said["members"], said["contacts"], "felt 1 contacts" in text) == (16, 1, True)
 
 
 def test_density_is_vehicle_seconds_on_a_hectare() -> None:
@@ -315,7 +321,7 @@ def test_density_is_vehicle_seconds_on_a_hectare() -> None:
     (east, north, count), _ = axes.pcolormesh.call_args
     spent = [1.0, 1.5, 1.5, 1.0]  # half of the steps before and behind; at the ends the whole one
     size = 80 / 60
-    assert float(count.sum()) * size**2 * 1e-4 == pytest.approx(6 * sum(spent))
+    assert float(count.sum()) * size**2 * 1e-4 == pytest.approx(16 * sum(spent))
     for k in range(4):
         x, y = found.position[k, 2, :2]
         (i,), (j,) = np.nonzero((north[:-1] <= x) & (x < north[1:])), np.nonzero((east[1:] < -y) & (-y <= east[:-1]))
@@ -343,12 +349,13 @@ def test_a_group_is_a_swarm_from_five_members_with_motion_on() -> None:
     names = [f"auv_{i}" for i in range(7)] + [f"usv_{i}" for i in range(4)] + ["boat", "auv_7"]
     made: list[Any] = []
     for k, name in enumerate(names):
-        t = np.arange(1 if name == "auv_0" else 3 + k) * 0.5
+        t = np.arange(1 if name == "auv_0" else 4 + k) * 0.5 + 0.1 * k
         made.append(
             SimpleNamespace(name=name, motion=motion(t, k), scenario={"agents": agents}, channels=lambda *_: [])
         )
     (found,) = swarms(made)
     assert (found.name, [m.name for m in found.members]) == ("auv", [f"auv_{i}" for i in range(1, 7)])
     np.testing.assert_array_equal(found.t, made[1].motion.t)
-    np.testing.assert_allclose(found.position[:, 3], made[4].motion.position[: len(found.t)], rtol=1e-12)
+    for axis, along in enumerate(made[4].motion.position.T):
+        np.testing.assert_allclose(found.position[:, 3, axis], np.interp(found.t, made[4].motion.t, along), rtol=1e-12)
     assert (found.contacts, swarms([])) == (None, [])

@@ -113,7 +113,9 @@ def test_every_copy_lives_one_life_after_the_other(mode: str, monkeypatch: pytes
     ends = broke = 0
     for k, actions in enumerate(given):
         seen, reward, terminated, truncated, info = env.step(actions)
-        xs, rewards, lost, late, broken, last = (list(column) for column in zip(*(one[k] for one in lives), strict=True))
+        xs, rewards, lost, late, broken, last = (
+            list(column) for column in zip(*(one[k] for one in lives), strict=True)
+        )
         np.testing.assert_allclose(seen["x"][:, 0], xs, rtol=1e-12)
         np.testing.assert_allclose(seen["picture"][:, 1, 2], np.array(xs) + 5, rtol=1e-12)
         np.testing.assert_allclose(reward, rewards, rtol=1e-6)
