@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -59,6 +60,16 @@ def test_scores_are_of_the_same_number_of_first_episodes_of_every_copy() -> None
     found = zip(scores.returns, scores.lengths, scores.terminated, scores.metrics["far"], strict=True)
     expected = [(*lasted(copy), episode == 0, 7.0 * copy + episode) for copy in range(3) for episode in range(2)]
     assert sorted(map(tuple, np.round(list(found), 9).tolist())) == sorted(map(tuple, np.round(expected, 9).tolist()))
+
+
+@pytest.mark.parametrize(("asked", "got"), [(None, 3), (1, 3), (3, 3), (4, 6), (7, 9)])
+def test_every_copy_has_as_many_episodes_as_make_up_what_is_asked_for(asked: int | None, got: int) -> None:
+    scores = evaluate(Uneven(), lambda seen: np.zeros((3, 1)), episodes=asked)  # type: ignore[arg-type]
+    told = scores.summary()
+    assert (len(scores.returns), told["episodes"], told["length"]) == (got, got, 3.0)
+    spread = math.sqrt(sum((r - np.mean(scores.returns)) ** 2 for r in scores.returns) / (got - 1))
+    assert told["return_standard_error"] == pytest.approx(spread / math.sqrt(got))
+    assert told["far"] == pytest.approx(np.mean(scores.metrics["far"]))
 
 
 def test_episodes_are_cut_out_of_their_copies_steps() -> None:

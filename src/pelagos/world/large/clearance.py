@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from typing import Final
 
@@ -23,12 +24,17 @@ class GroundClearance:
         self._known: OrderedDict[tuple[int, int, int], NDArray[np.float64]] = OrderedDict()
 
     def near(self, position: NDArray[np.float64], margin: float | NDArray[np.float64]) -> NDArray[np.bool_]:
-        """`(n,)`: whether the ground may be within `margin` [m] of positions `(n, 3)`; False is certain."""
+        """`(n,)`: whether the ground may be within `margin` [m] of positions `(n, 3)`; False is certain.
+
+        What is not finite counts as near.
+        """
         margins = np.broadcast_to(margin, (len(position),)).tolist()
         rows = zip(position.tolist(), margins, strict=True)
         return np.array([self._near(x, y, z, m) for (x, y, z), m in rows], dtype=bool)
 
     def _near(self, x: float, y: float, z: float, margin: float) -> bool:
+        if not math.isfinite(x + y + z + margin):
+            return True
         g = self._ground
         low = (max(x - margin, g.x0), max(y - margin, g.y0))
         high = (min(x + margin, g.x1), min(y + margin, g.y1))

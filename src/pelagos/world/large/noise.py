@@ -18,7 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _CHUNK: Final = 8192  # places at a time: the intermediate arrays stay in the cache of a core
-_RMS: Final = 0.2226  # of one octave with gradients uniform in a square of side 2: measured over 10^7 places
+_RMS: Final = (193670 / 6243237) ** 0.5
+"""Of one octave, 0.1761. A gradient's components are even between -1 and 1, of variance 1/3, independent from corner
+to corner: the mean square is 8/3 of the integral of s^2 (1 - t)^2 times that of s^2, where s = 6 t^5 - 15 t^4 + 10 t^3.
+"""
 
 
 @dataclass(frozen=True)
