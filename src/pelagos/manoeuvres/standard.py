@@ -182,7 +182,8 @@ def bollard(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
         if hasattr(actuator, "thrust_limits"):
             against, along = way = _way(actuator)
             turned = 1.0 if _ways(actuator) == way else -1.0  # it pushes against that way at its upper limit
-            least, most = sorted(turned * float(limit) * _felt(actuator) for limit in actuator.thrust_limits)
+            felt = turned * _felt(actuator)
+            least, most = sorted(felt * float(limit) + 0.0 for limit in actuator.thrust_limits)  # 0, not -0
             found += [Measure(f"{name}, {along}", most, "N"), Measure(f"{name}, {against}", least, "N")]
     if not found:
         raise InputError(f"{run.vehicle.name} has no thruster")
