@@ -398,7 +398,7 @@ def test_light_in_the_air_is_lost():
     light = SimpleNamespace(ocean=build_ocean(OceanConfig()))
     pose = lambda z: SimpleNamespace(position=np.array([[0.0, 0.0, z]]))
     for a, b in ((0.5, -3.0), (-3.0, 0.5)):
-        heard = Light._one(light, pose(a), pose(b), 0, 0.0)
+        heard = Light.hear(light, (0, 1, 0), {0: pose(a), 1: pose(b)}, 0.0, light)
         assert (heard.lost, heard.level_db) == ("in air", NOTHING)
 
 
