@@ -67,10 +67,10 @@ fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, reco
 soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week of simulated time
 	$(BIN)/python scripts/soak.py --share $(or $(SHARE),0.01)
 
-mutants: venv llvm ## Put a thousand mistakes into copies of the source and see that a test notices each
+mutants: venv llvm ## Put thousands of mistakes into copies of the source and see that a test notices each: hours; LAYERS="contact" some
 	$(BIN)/python scripts/mutants $(LAYERS)
 
-mutants-map: venv llvm ## Write down which test runs which line, for mutants-fresh: some 20 minutes
+mutants-map: venv llvm ## Write down which test runs which line, for mutants-fresh: some 40 minutes
 	@mkdir -p build
 	COVERAGE_FILE=build/tests_by_line.coverage $(BIN)/python -m pytest -n 2 -m "not slow" --cov=pelagos --cov-context=test --cov-report= \
 	    --durations=0 -vv > build/tests_by_line.txt

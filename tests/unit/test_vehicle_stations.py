@@ -36,6 +36,22 @@ def test_sections_end_in_the_waterline() -> None:
         assert station.points[:, 1].min() == pytest.approx(-KEEL, abs=0.01)  # points at even distances round corners
 
 
+def test_stations_reach_as_far_as_the_water() -> None:
+    """Stem and stern are raked: not as far as the deck, and beyond the keel, in the same proportion as the heights."""
+    keel, deck = (-2.0, 1.5), (-2.6, 3.5)
+    corners = [
+        [x, side * half, z]
+        for ends, z, half in ((keel, KEEL, HALF_KEEL), (deck, DECK, HALF_DECK))
+        for x in ends for side in (-1, 1)
+    ]  # fmt: skip
+    hull = trimesh.convex.convex_hull(np.array(corners))
+    found = mesh_stations(np.array(hull.vertices), np.array(hull.faces), 8)
+    stern, stem = (a + (b - a) * KEEL / (KEEL - DECK) for a, b in zip(keel, deck, strict=True))
+    length = (stem - stern) / 8
+    assert [s.position for s in found] == pytest.approx(stern + length * (np.arange(8) + 0.5))
+    assert {round(s.width, 9) for s in found} == {round(length, 9)}
+
+
 def test_a_hull_beside_the_water_has_no_section() -> None:
     hull = prism()
     with pytest.raises(InputError, match="does not float at z = 0"):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import pelagos as pl
+from pelagos import jit
 from pelagos.drawing.colours import DEPTHS, HEAT, INTENSITY
 from pelagos.drawing.water import MATTER, SALT, SPEEDS, WARMTH
 from pelagos.errors import LookupFailed
@@ -198,3 +200,15 @@ def test_colours_grow_lighter_or_darker_evenly_for_all_eyes(colours, seen):
     parts = np.array([p.sum() for p in np.array_split(way, 10)])
     assert parts.min() > 0.2 * parts.mean()
     assert parts.max() < 2.5 * parts.mean()
+
+
+def test_where_there_is_no_ground_the_current_has_arrows() -> None:
+    """A bank of 5 m to the south, nothing to the north: at 10 m arrows stand to the north alone."""
+    bounds = np.array([[-60.0, -30.0, -5.0], [60.0, 30.0, 0.0]])
+    world: Any = SimpleNamespace(bounds=bounds, height=lambda x, y: np.where(x > 0, np.nan, -5.0))
+    ocean: Any = SimpleNamespace(current=lambda place, t, copy: jit.Array3f64(0.3, -0.2, 0.0) + 0.0 * place)
+    shafts = arrows(ocean, world, 0.0, 10.0)[:36]  # of 12 by 6 places
+    middle = shafts.mean(axis=1)
+    assert len(arrows(ocean, world, 0.0, 10.0)) == 3 * 36
+    assert np.unique(middle[:, 0].round(3)).tolist() == [5.0, 15.0, 25.0, 35.0, 45.0, 55.0]
+    assert middle[:, 2] == pytest.approx(-10.0)

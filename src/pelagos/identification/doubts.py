@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from pelagos.identification.coordinates import STILL, UNITS, normal_size, number
 from pelagos.identification.record import Record
 from pelagos.identification.steps import DOUBTED
-from pelagos.identification.water import Water
+from pelagos.identification.water import Water, doubts_of_vary
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.terms.windage import Windage
 from pelagos.vehicles.wetness import Floating
@@ -34,7 +34,7 @@ def doubts_before(record: Record, model: Model, water: Water) -> tuple[str, ...]
     """Doubts about what a fit is made from."""
     return (
         *doubts_of_record(record), *doubts_of_heel(record, model), *doubts_of_commands(record, model),
-        *doubts_of_water(water, model),
+        *doubts_of_water(water, model), *doubts_of_vary(water),
     )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ from pelagos.identification.record import Record
 from pelagos.identification.search import Found, search
 from pelagos.identification.shots import Shooter, Shots
 from pelagos.identification.steps import MOST, SHARE, finite_substeps, step_shift
-from pelagos.identification.water import Water, depth_told, doubts_of_vary, water_of
+from pelagos.identification.water import Water, depth_told, water_of
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
@@ -283,10 +283,7 @@ def _narrowed(estimates: tuple[Estimate, ...]) -> None:
 
 
 def _doubted_before(record: Record, model: Model, water: Water) -> tuple[str, ...]:
-    found = (
-        *doubts_before(record, model, water),
-        *doubts_of_vary(water),
-    )
+    found = doubts_before(record, model, water)
     for text in found:
         warnings.warn(text, PelagosWarning, stacklevel=3)
     return found

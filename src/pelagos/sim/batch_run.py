@@ -9,10 +9,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.driver import Driver, Wrench
-from pelagos.sim.set_points import columns, on_device
+from pelagos.sim.set_points import columns
 from pelagos.sim.state import mixed
 from pelagos.sim.trajectory import Trajectory
 from pelagos.vehicles.nearby import Walls
@@ -164,8 +165,9 @@ class BatchRun:
             states[:, rows] = np.array(other).reshape(-1, len(self.row))[:, rows]
             motion[:, rows] = moved.numpy()[:, rows]
             told[:, rows] = moved.told()[:, rows]
-        commands = None if trajectory.commands is None else on_device(told)
-        return on_device(states), replace(trajectory, packed=on_device(motion), commands=commands)
+        commands = None if trajectory.commands is None else jit.from_numpy(jit.Float64, told)
+        state, packed = (jit.from_numpy(jit.Float64, values) for values in (states, motion))
+        return state, replace(trajectory, packed=packed, commands=commands)
 
     def _order(self, rows: slice) -> Order:
         if len(self.orders) == 1:  # it holds all rows
@@ -175,4 +177,4 @@ class BatchRun:
 
 def _packed(parts: Sequence[Mapping[str, Any]], name: str) -> Array:
     """Packed states of several agents as one."""
-    return on_device(np.concatenate([part[name] for part in parts], axis=1))
+    return jit.from_numpy(jit.Float64, np.concatenate([part[name] for part in parts], axis=1))

@@ -20,7 +20,7 @@ from pelagos.jit import Array
 from pelagos.math.rotation import conjugate, product
 from pelagos.math.so3 import multiply, rotate, rotate_back, rotate_np
 from pelagos.sensors.sensor import Kinematics, SensorConfig
-from pelagos.sim.set_points import on_device, vectors
+from pelagos.sim.set_points import vectors
 
 
 def remount(config: SensorConfig, position: NDArray[np.float64], orientation: NDArray[np.float64]) -> list[Array]:
@@ -35,7 +35,7 @@ def remount(config: SensorConfig, position: NDArray[np.float64], orientation: ND
     back = conjugate(np.array(config.q_body_sensor))
     turn = product(np.array(new), np.tile(back, (len(new), 1)))
     offset = position - rotate_np(turn, np.tile(config.position_m, (len(new), 1)))
-    return [vectors(offset), jit.Array4f64(*(on_device(column) for column in turn.T))]
+    return [vectors(offset), jit.Array4f64(*(jit.from_numpy(jit.Float64, column) for column in turn.T))]
 
 
 def moved(motion: Kinematics, offset: Array, turn: Array) -> Kinematics:

@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 
 def vectors(values: NDArray[np.float64]) -> Array:
     """`(m, 3)` as `Array3f64` in memory of Dr.Jit's own."""
-    return jit.Array3f64(*(on_device(column) for column in values.T))
-
-
-def on_device(values: NDArray[np.float64]) -> Array:
-    """Flat `Float64` in memory of Dr.Jit's own."""
-    return jit.from_numpy(jit.Float64, values)
+    return jit.Array3f64(*(jit.from_numpy(jit.Float64, column) for column in values.T))
 
 
 def columns(values: NDArray[np.float64]) -> tuple[list[Array], object]:

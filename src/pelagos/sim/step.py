@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.jit import Array
 from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sim.batch import Batch
@@ -29,7 +30,7 @@ from pelagos.sim.observed import Observed
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.schedule import Schedule
 from pelagos.sim.sensing import Sensing
-from pelagos.sim.set_points import idle, on_device, vectors
+from pelagos.sim.set_points import idle, vectors
 from pelagos.sim.state import AgentState, States, mixed
 from pelagos.sim.timings import Timings
 from pelagos.sim.trajectory import Trajectory, channels
@@ -376,7 +377,7 @@ class Stepper:
 
     def _standing(self, batch: Batch, run: BatchRun) -> Trajectory:
         """A block of the current tick alone."""
-        return Trajectory(packed=on_device(run.row), n=batch.rows, ticks=1, first_tick=self.tick)
+        return Trajectory(packed=jit.from_numpy(jit.Float64, run.row), n=batch.rows, ticks=1, first_tick=self.tick)
 
 
 class AgentRows(Mapping[str, NDArray[np.float64]]):

@@ -21,7 +21,7 @@ from pelagos.sim.episodes import Episodes
 from pelagos.sim.initial import StartState, on_its_sea
 from pelagos.sim.props import attitude_of
 from pelagos.sim.remount import moved, remount
-from pelagos.sim.set_points import on_device, vectors
+from pelagos.sim.set_points import vectors
 from pelagos.sim.varied_sea import VariedSea
 
 if TYPE_CHECKING:
@@ -69,7 +69,9 @@ class Variety:
             return []
         values = self.drawn(episodes)
         if batch.name not in self._device:
-            made = [on_device(values[f"agents.{batch.name}.factors.{name}"]) for name in batch.driver.vary]
+            made = [
+                jit.from_numpy(jit.Float64, values[f"agents.{batch.name}.factors.{name}"]) for name in batch.driver.vary
+            ]
             self._device[batch.name] = made
         found: list[Array] = self._device[batch.name]
         return found

@@ -178,9 +178,7 @@ class Adcp:
         velocity = sensor_velocity(motion, self._mounting)
         tilt = math.cos(math.radians(config.beam_tilt_deg))
         far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
-        if (
-            config.sound_speed_mps is not None
-        ):  # by less than the water's, the last cell is farther away than it is said
+        if config.sound_speed_mps is not None:  # below the water's, cells lie farther away than they are said to
             far *= max(_FASTEST / config.sound_speed_mps, 1.0)
         view = ping.cast(max_range=float(far), smooth=False)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4

@@ -43,7 +43,8 @@ def mesh_stations(vertices: Values, faces: NDArray[np.int64], count: int = 16) -
     import trimesh
 
     mesh = trimesh.Trimesh(vertices * [1.0, 1.0, -1.0], faces, process=False)
-    wet = mesh.vertices[mesh.vertices[:, 2] <= 0, 0]
+    waterline = trimesh.intersections.mesh_plane(mesh, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0])
+    wet = np.concatenate([mesh.vertices[mesh.vertices[:, 2] <= 0, 0], np.ravel(waterline[..., 0])])
     edges = np.linspace(float(wet.min()), float(wet.max()), count + 1)
     found: list[Station] = []
     for x in (edges[1:] + edges[:-1]) / 2:

@@ -218,7 +218,7 @@ class Traffic:
             level = self._medium.level(now * 1e-9)
         else:
             ends = [(p, self._ports[p[0]].carrier, self._ports[p[1]].carrier) for p in pairs]
-            heard = [lamp.hear(p, poses, now * 1e-9, eye) for p, lamp, eye in ends if lamp is not None]
+            heard = [sends.hear(p, poses, now * 1e-9, hears) for p, sends, hears in ends if sends is not None]
         for t, (_, r, c), h in zip(which, pairs, heard, strict=True):
             self._incoming.append(self._coming(t, r, c, h, poses, level))
 

@@ -68,9 +68,7 @@ class Aperture:
     def facing(self) -> Facing:
         """Directions on the device."""
         vectors = (np.broadcast_to(v, self.axis.shape).T for v in (self.axis, self.side, self.up))
-        made = Facing(*(jit.Array3f(np.ascontiguousarray(v, dtype=np.float32)) for v in vectors))
-        jit.align(made)
-        return made
+        return Facing(*(jit.Array3f(np.ascontiguousarray(v, dtype=np.float32)) for v in vectors))
 
     def one_way_up(self, facing: Facing, beam: Array, direction: Array) -> Array:
         """One-way power pattern along `up`, all round where beams are cones, at directions in the sensor frame.
