@@ -20,6 +20,7 @@ _BOW: Final = np.array([0.35, 0.5])  # shoulder and stem, in lengths before the 
 _BEFORE: Final = 0.25  # of the time after an order, shown before it
 _OUTLINES: Final = 9  # along a track that is not a circle
 _KILO: Final = 1e4  # pull from which it is drawn in kN [N]
+_BEYOND: Final = 1.5  # times the span of the half cycles that count
 _EVERY_DEG: Final = 45.0  # of heading, along a circle
 _ARROW: Final[dict[str, Any]] = {"arrowstyle": "<->", "color": theme.SECOND, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
 
@@ -95,6 +96,7 @@ def _decay(figure: Figure, trial: Trial) -> None:
     axes["roll"].plot(t, np.degrees(roll), color=theme.TRUTH)
     axes["roll"].plot(cycles.time, np.degrees(cycles.angle), "o", color=theme.SENSOR, ms=4, label="extremes")
     axes["roll"].axhline(0, color=theme.MUTED, lw=0.8)
+    axes["roll"].set_xlim(t[0], min(t[-1], t[0] + _BEYOND * (cycles.time[-1] - t[0])))  # what follows is rest
     axes["roll"].set_xlabel("time [s]")
     axes["roll"].set_ylabel("roll [deg], positive to starboard")
     axes["roll"].legend(loc="upper right")
