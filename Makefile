@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all test-lowest sbom check fuzz soak mutants mutants-map mutants-fresh mutants-changed bench docs site checks proof clean
+.PHONY: help demo venv llvm test test-all test-lowest sbom check fuzz soak mutants mutants-all mutants-map mutants-fresh mutants-changed bench docs site checks proof clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -67,8 +67,11 @@ fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, reco
 soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week of simulated time
 	$(BIN)/python scripts/soak.py --share $(or $(SHARE),0.01)
 
-mutants: venv llvm ## Put thousands of mistakes into copies of the source and see that a test notices each: hours; LAYERS="contact" some
-	$(BIN)/python scripts/mutants $(LAYERS)
+mutants: venv llvm ## Put COUNT=300 listed mistakes into copies of the source, SEED=0 draws which, and see that a test notices each
+	$(BIN)/python scripts/mutants --some $(or $(COUNT),300) --seed $(or $(SEED),0)
+
+mutants-all: venv llvm ## All that are listed, thousands: hours; LISTS="contact hydro" some lists
+	$(BIN)/python scripts/mutants $(LISTS)
 
 mutants-map: venv llvm ## Write down which test runs which line, for mutants-fresh: some 40 minutes
 	@mkdir -p build

@@ -1,6 +1,6 @@
 """Put plausible mistakes into the source, one at a time, and see that a test notices each.
 
-usage: python scripts/mutants [LAYER ...] [--changed REF] [--fresh COUNT --seed N --decisions] [--list FILE] [--check]
+usage: python scripts/mutants [LIST ...] [--some COUNT | --changed REF | --fresh COUNT | --list FILE | --check]
 """
 
 from __future__ import annotations
@@ -8,11 +8,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import random
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter, deque
+from itertools import zip_longest
 from pathlib import Path
 
 from by_line import tests_by_line
@@ -25,14 +27,17 @@ NOTICED = LISTS.parent / "noticed.json"
 
 
 def main() -> int:
-    """Run the trials, print a line each and a table by layer; 1 if one survived or does not fit its file."""
+    """Run the trials, print a line each and a table by package; 1 if one survived or does not fit its file."""
     parser = argparse.ArgumentParser(prog="mutants", description=__doc__.splitlines()[0])
-    parser.add_argument("layers", nargs="*", help="lists to run, all by default")
+    parser.add_argument("lists", nargs="*", help="lists to run, all by default")
+    parser.add_argument(
+        "--some", metavar="COUNT", type=int, help="about so many of them, from as many files as there can be"
+    )
     parser.add_argument("--changed", metavar="REF", help="only files that differ from this commit")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="trials at a time")
     parser.add_argument("--fresh", metavar="COUNT", type=int, help="about so many that are in no list, drawn at random")
     parser.add_argument("--decisions", action="store_true", help="of --fresh: conditions and branches, not formulas")
-    parser.add_argument("--seed", type=int, default=0, help="of --fresh")
+    parser.add_argument("--seed", type=int, default=0, help="of --some and --fresh")
     parser.add_argument("--list", metavar="FILE", type=Path, help="those of somebody else's list, which names no tests")
     parser.add_argument("--only", metavar="KEY", help="the mutant of this key alone")
     parser.add_argument("--check", action="store_true", help="only check that each list fits the source")
@@ -43,13 +48,15 @@ def main() -> int:
         mutants = (
             draw(options.seed, options.fresh, of_decisions=options.decisions)
             if options.fresh
-            else list(read_mutants(tuple(options.layers)))
+            else list(read_mutants(tuple(options.lists)))
         )
     if options.changed:
         touched = changed_files(options.changed)
         mutants = [m for m in mutants if f"src/pelagos/{m.file}" in touched]
     if options.only:
         mutants = [m for m in mutants if m.key == options.only]
+    if options.some:
+        mutants = spread(mutants, options.some, options.seed)
     misfits = [text for m in mutants if (text := misfit(m))]
     for text in misfits:
         print(text)
@@ -65,6 +72,15 @@ def changed_files(ref: str) -> set[str]:
     """Paths that differ between the working tree and the commit."""
     answer = subprocess.run(["git", "diff", "--name-only", ref], cwd=ROOT, capture_output=True, text=True, check=True)
     return set(answer.stdout.split())
+
+
+def spread(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
+    """So many of them: one of each file before a second of any."""
+    by_file: dict[str, list[Mutant]] = {}
+    for mutant in random.Random(seed).sample(mutants, len(mutants)):
+        by_file.setdefault(mutant.file, []).append(mutant)
+    rounds = zip_longest(*by_file.values())
+    return [mutant for one_each in rounds for mutant in one_each if mutant][:count]
 
 
 def misfit(mutant: Mutant) -> str:
@@ -126,12 +142,12 @@ def remember(outcome: Outcome) -> None:
 
 
 def report(outcomes: list[Outcome]) -> int:
-    """A table by layer and the survivors; 1 if there are any."""
-    every = Counter(o.mutant.layer for o in outcomes)
-    seen = Counter(o.mutant.layer for o in outcomes if o.verdict == "noticed")
-    print(f"\n{'layer':14s} noticed")
-    for layer, count in every.items():
-        print(f"{layer:14s} {seen[layer]:4d} of {count}")
+    """A table by package and the survivors; 1 if there are any."""
+    every = Counter(o.mutant.package for o in outcomes)
+    seen = Counter(o.mutant.package for o in outcomes if o.verdict == "noticed")
+    print(f"\n{'package':14s} noticed")
+    for package, count in sorted(every.items()):
+        print(f"{package:14s} {seen[package]:4d} of {count}")
     print(f"{'all':14s} {seen.total():4d} of {every.total()}")
     missed = [o for o in outcomes if o.verdict != "noticed"]
     for outcome in missed:

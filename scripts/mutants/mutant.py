@@ -22,7 +22,7 @@ class Mutant:
     """A text of one source file, what replaces it, and the tests that are likely to see it."""
 
     layer: str
-    """The list it stands in: `acoustics`, `vehicles`, ..."""
+    """The list it stands in."""
 
     file: str
     """Path below `src/pelagos`."""
@@ -35,6 +35,11 @@ class Mutant:
 
     tests: tuple[str, ...]
     """Files or node ids for pytest, in the order to try them."""
+
+    @property
+    def package(self) -> str:
+        """The part of Pelagos that it is in: `acoustics`, `vehicles`, ..."""
+        return self.file.split("/")[0].removesuffix(".py")
 
     @property
     def key(self) -> str:

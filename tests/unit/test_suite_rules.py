@@ -3,6 +3,7 @@
 import ast
 import importlib
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -90,6 +91,16 @@ def test_a_list_that_fits_no_more_is_read_all_the_same(tmp_path, monkeypatch):
     assert [bool(m.tests) for m in found] == [True, False, False, False]
     with pytest.raises(ValueError, match="'no such text' stands there 0 times, not once"):
         found[1].mutated()
+
+
+def test_some_mutants_are_of_as_many_files_as_there_can_be(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "scripts/mutants")
+    spread = runpy.run_path(str(ROOT / "scripts/mutants/__main__.py"))["spread"]
+    mutants = [SimpleNamespace(file=file, place=k) for k, file in enumerate("aaaabbc")]
+    some = [[m.file for m in spread(mutants, 5, seed)] for seed in range(8)]
+    assert all(set(files[:3]) == set(files[3:]) | {"c"} == set("abc") for files in some)
+    assert len({tuple(m.place for m in spread(mutants, 5, seed)) for seed in range(8)}) > 4
+    assert len(spread(mutants, 9, 0)) == 7
 
 
 def functions(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
