@@ -90,21 +90,24 @@ def profile_from(excess: Array, speed: Array, lowest: Array, step: Array) -> Pro
     """
     rows = dr.width(speed)
     row = dr.arange(jit.UInt32, rows) * LEVELS
-    place = -jit.Float64(lowest) / jit.Float64(step)
-    total, base, below = jit.Float64(0), jit.Float64(0), dr.gather(jit.Float, excess, row)
-    totals = [total]
-    for k in range(1, LEVELS):
+    height, place = jit.Float64(step), -jit.Float64(lowest) / jit.Float64(step)
+    totals = dr.zeros(jit.Float64, rows * LEVELS)
+
+    def climb(k: Array, total: Array, base: Array, below: Array) -> tuple[Array, ...]:
         above = dr.gather(jit.Float, excess, row + k)
-        part = place - (k - 1)
+        part = place - (jit.Float64(k) - 1.0)
         here = jit.Float64(below) + part * jit.Float64(above - below)
-        to_here = total + 0.5 * part * jit.Float64(step) * (jit.Float64(below) + here)
-        base = dr.select((part >= 0.0) & (part < 1.0), to_here, base)
-        total = total + 0.5 * jit.Float64(step) * jit.Float64(below + above)
-        totals.append(total)
-        below = above
-    column = dr.zeros(jit.Float, rows * LEVELS)
-    for k, so_far in enumerate(totals):
-        dr.scatter(column, jit.Float(so_far - base), row + k)
+        to_here = total + 0.5 * part * height * (jit.Float64(below) + here)
+        total = total + 0.5 * height * jit.Float64(below + above)
+        dr.scatter(totals, total, row + k, mode=dr.ReduceMode.Permute)
+        return k + 1, total, dr.select((part >= 0.0) & (part < 1.0), to_here, base), above
+
+    none = dr.zeros(jit.Float64, rows)
+    start = (dr.full(jit.UInt32, 1, rows), none, none, dr.gather(jit.Float, excess, row))
+    base = dr.while_loop(start, lambda k, *_: k < LEVELS, climb, mode="symbolic")[2]
+    dr.eval(totals, base)
+    level = dr.arange(jit.UInt32, rows * LEVELS)
+    column = jit.Float(totals - dr.gather(jit.Float64, base, level // LEVELS))
     dr.eval(column)
     return Profile(excess, column, speed, lowest, step)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import drjit as dr
+
 from pelagos import jit
 from pelagos.jit import Array
 
@@ -59,3 +61,9 @@ class Hits:
     instance: Array
     material: Array
     velocity: Array
+
+
+def no_hits() -> Hits:
+    """A ray that has met nothing."""
+    none, whole = jit.Array3f(0), jit.UInt32(0)
+    return Hits(jit.Bool(False), jit.Float(dr.inf), jit.Array3f64(0), none, none, none, whole, whole, whole, none)

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.refraction import Profile, arc, depart, entered, reduced_range, turned
+from pelagos.acoustics.refraction import Bend, Profile, arc, depart, entered, reduced_range, turned
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
 from pelagos.raycast.caster import Caster
-from pelagos.raycast.rays import Hits, Rays
+from pelagos.raycast.rays import Hits, Rays, no_hits
 from pelagos.sensors.sonar.ping.medium import Medium, spread
 from pelagos.sensors.sonar.ping.sea_surface import Sea, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
@@ -233,30 +233,36 @@ def cast_bent(
     count = arcs_of(max_range) if around is None else STATIONS
     reach = max_range / count
     home = dr.gather(jit.Float, profile.speed, row)
-    ray = depart(profile, row, dr.zeros(jit.Float, dr.width(row)), rays.direction.z)
-    origin, final = rays.origin, rays.direction
-    found: Hits | None = None
-    for k in range(count):
-        length = jit.Float(reach)
-        if around is not None:
-            way = jit.Array3f(origin - rays.origin)
-            away = dr.sqrt(dr.square(way.x) + dr.square(way.y)) + 0.5 * reach * ray.cosine
-            station = around.row(row, rays.direction, away)
-            ray, profile = entered(profile, ray, around.profile, station), around.profile
-            length = reach * dr.gather(jit.Float, profile.speed, station) / home
-        after, chord = arc(profile, ray, length)
+    water = profile if around is None else around.profile
+
+    def go_in(before: Profile, ray: Bend, origin: Array) -> Bend:
+        if around is None:
+            return ray
+        way = jit.Array3f(origin - rays.origin)
+        away = dr.sqrt(dr.square(way.x) + dr.square(way.y)) + 0.5 * reach * ray.cosine
+        return entered(before, ray, around.profile, around.row(row, rays.direction, away))
+
+    def go_on(k: Array, origin: Array, ray: Bend, _: Array, __: Hits) -> tuple[Any, ...]:
+        length = jit.Float(reach) if around is None else reach * dr.gather(jit.Float, water.speed, ray.row) / home
+        after, chord = arc(water, ray, length)
         direction = turned(rays.direction, chord.sine, chord.cosine)
-        active = rays.max_range > 0.0 if found is None else (rays.max_range > 0.0) & ~found.valid
-        shot = Rays(origin, direction, dr.select(active, chord.length, 0.0), rays.copy, rays.own)
+        shot = Rays(origin, direction, chord.length, rays.copy, rays.own)
         hits = caster.cast(shot, smooth=smooth)
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, row)
         part = dr.clip(hits.t / chord.length, 0.0, 1.0)
         s, c = dr.sincos(chord.turn * (part - 0.5))  # the arc's own direction there, from its chord's
         arrival = turned(direction, chord.sine * c + chord.cosine * s, chord.cosine * c - chord.sine * s)
-        hits.t = dr.select(hits.valid, k * reach + reduced_range(chord, part, jit.Float(reach)), dr.inf)
-        final = dr.select(active, arrival, final)
-        found = hits if found is None else dr.select(active, hits, found)
+        before = jit.Float(jit.Float64(k) * reach)
+        hits.t = dr.select(hits.valid, before + reduced_range(chord, part, jit.Float(reach)), dr.inf)
         origin = origin + jit.Array3f64(direction) * jit.Float64(chord.length)
-        ray = after
-    assert found is not None
-    return found, final
+        return k + 1, origin, go_in(water, after, origin), arrival, hits
+
+    rows = dr.width(row)
+    ray = go_in(profile, depart(profile, row, dr.zeros(jit.Float, rows), rays.direction.z), rays.origin)
+    start = (dr.zeros(jit.UInt32, rows), rays.origin, ray, rays.direction, no_hits())
+    asked = rays.max_range > 0.0
+    end = dr.while_loop(
+        start, lambda k, origin, ray, final, found: asked & (k < count) & ~found.valid, go_on, mode="symbolic",
+        labels=("arc", "origin", "ray", "final", "found"),
+    )  # fmt: skip
+    return end[4], end[3]

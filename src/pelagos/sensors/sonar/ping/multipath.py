@@ -69,6 +69,7 @@ def bounced_echoes(
     found: list[Patches] = []
     leg, kept = view, jit.Float(1)
     for _ in range(mirrors.order):
+        dr.eval(leg, kept)  # each echo has a kernel of its own, which would cast all legs again
         mirror, part = _reflected(leg.hits, leg.sine, surfaces, mirrors)
         kept = kept * dr.select(mirror, part, 0.0)
         leg = _onward(caster, leg, lanes, surfaces, mirror, mirrors.max_range)
