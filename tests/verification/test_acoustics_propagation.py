@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import drjit as dr
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, trapezoid
@@ -45,6 +46,14 @@ def follow(water, angle, reach, *, arcs):
         x += chord.length[0] * chord.cosine[0]
         found.append((x, ray.height[0], math.atan2(ray.sine[0], ray.cosine[0])))
     return np.array(found)
+
+
+def test_a_profile_is_summed_in_three_kernels_however_many_its_levels():
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        profile(lambda z: 1500.0 + 0.017 * z)
+        dr.kernel_history_clear()
+        profile(lambda z: 1480.0 - 0.3 * z)
+        assert len(dr.kernel_history([dr.KernelType.JIT])) <= 3
 
 
 @pytest.mark.parametrize("degrees", [0.0, 5.0, -20.0, 70.0])
