@@ -192,6 +192,14 @@ def test_units_of_commands_of_another_kind_are_refused(actuator, unit, said):
         in_own_units(read_record(table(), plan), plan, Vehicle.from_catalogue("remus100").model)
 
 
+def test_commands_of_an_actuator_that_the_vehicle_has_not_are_refused():
+    plan = load_plan({**PLAN, "commands": {"left_propeler": "n1"}})
+    with pytest.raises(
+        LookupFailed, match=r"plan: commands: unknown actuator 'left_propeler' \(did you mean 'left_prop"
+    ):
+        in_own_units(read_record(table(), plan), plan, Vehicle.from_catalogue("otter").model)
+
+
 def test_dropouts_are_left_out_and_commands_are_held():
     data = table()
     data["psi"][60:63], data["x"][60:63] = 0, 0
@@ -320,6 +328,7 @@ def test_uneven_rows_have_their_median_as_a_step():
         ),
         ({"time": {"column": "t", "delay_s": 0.1}}, "plan: time: delay_s belongs to columns"),
         ({"windows_s": [[3, 2]]}, "plan: windows_s: 3 is not before 2"),
+        ({"windows_s": [[4, 9], [0, 2], [1, 4]]}, "plan: windows_s: 1 to 4 begins before 0 to 2 ends"),
     ],
 )
 def test_a_plan_that_cannot_be_meant_is_refused(change, said):

@@ -57,6 +57,24 @@ def test_static_hit_tells_distance_normal_label_instance_and_material():
     assert np.allclose(np.array(h.normal).T, [[0, 0, 1], [0, 0, 1], [0, 0, 0]])
 
 
+@pytest.mark.parametrize("moves", [False, True])
+def test_directions_a_rounding_off_an_axis_hit_as_those_along_it(moves):
+    """Vehicles on both sides of a box that look around after a turn of 1e-24: a packet of rays of mixed signs."""
+    scene = Scene([plane(-6.0)] if moves else [plane(-6.0), box()])
+    if moves:
+        scene.set_moving([(box(), 0)])
+        scene.move(np.zeros((1, 3)), LEVEL, np.zeros((1, 3)), np.zeros((1, 3)))
+    call = scene.compile(lambda caster, r: (caster.cast(r), caster.occluded(r, coherent=True)))
+    for turn in (0.0, 1e-24, -1e-24, 5e-19, 2e-16):
+        ahead = np.array([[1, -turn, 0], [1, turn, 0]])
+        left = np.array([[turn, 1, 0], [-turn, 1, 0]])
+        r = rays([[0.1, 3.5, 0.2], [0.1, -3, 0.2]] * 5, np.vstack([[[0, 0, -1]] * 2, ahead, left, -ahead, -left]))
+        found, blocked = call(r)
+        expected = [6.2, 6.2, np.inf, np.inf, np.inf, 2, np.inf, np.inf, 2.5, np.inf]
+        assert np.allclose(found.t, expected, atol=1e-5), turn
+        assert np.array_equal(np.array(blocked), np.isfinite(expected)), turn
+
+
 def test_nothing_beyond_max_range():
     h = shoot(Scene([plane()]), rays([0, 0, 0], [0, 0, -1], reach=9.99))
     assert not np.array(h.valid)[0]

@@ -232,7 +232,7 @@ def test_the_deviation_is_that_of_its_definition():
     [
         (lambda x, t: x + np.where(t == 9.0, 1e3, 0.0), "gx: 2 changes .* after sample 900 .8.99 s."),
         (lambda x, t: 0.01 * x + np.sin(t), "at rest, and warm"),
-        (lambda x, t: 0.01 * x + t, "at rest, and warm"),
+        (lambda x, t: 0.01 * x + t, "drifts by 1 a second"),
     ],
 )
 def test_records_of_a_sensor_that_moved_are_warned_of(change, said):
@@ -241,6 +241,18 @@ def test_records_of_a_sensor_that_moved_are_warned_of(change, said):
     fit_noise(x, 100.0)
     with pytest.warns(PelagosWarning, match=said):
         fit_noise(change(x, t), 100.0, label="gx: ")
+
+
+@pytest.mark.parametrize("drift", [-1e-4, 6e-5])
+def test_a_straight_drift_is_told_from_a_random_walk(drift):
+    """Random walk of 2e-5 and N = 3e-4 in 300 s at 20 Hz; a drift of 6e-5 a second is 0.018, the walk 3.5e-4."""
+    random, rate = np.random.default_rng(8), 20.0
+    white, walk = 3e-4 * np.sqrt(rate) * random.normal(size=6000), 2e-5 / np.sqrt(rate) * random.normal(size=6000)
+    noise = white + np.cumsum(walk)
+    assert fit_noise(noise, rate).white.value == pytest.approx(3e-4, rel=0.05)
+    with pytest.warns(PelagosWarning, match=r"^gyro_z: the mean drifts by .* a second, straight as no noise") as told:
+        fit_noise(noise + drift * np.arange(6000) / rate, rate, label="gyro_z: ")
+    assert float(str(told[0].message).split()[5]) == pytest.approx(drift, rel=0.05)
 
 
 def test_beams_that_are_lost_or_in_another_unit_are_told():

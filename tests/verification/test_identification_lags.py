@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from pelagos.errors import PelagosWarning
-from pelagos.identification import Fit, fit, load_plan, read_record
+from pelagos.errors import PelagosWarning, ScenarioError, SimulationError
+from pelagos.identification import Fit, exchange, fit, load_plan, read_record
 
 DRAG, MASS = 30.0, 8.0  # kg/s, kg
 
@@ -73,6 +74,22 @@ def test_a_lag_and_a_hull_that_change_places_are_told(spread, told):
     assert not told or re.match(
         r"lag 0\.(39|4)\d* and X_udot 2[78]\.?\d* tell this record as well as lag 1\.[12]\d* and ", said[0]
     )
+
+
+@pytest.mark.parametrize("error", [ScenarioError("no vehicle has Izz 33"), SimulationError("not finite")])
+def test_a_hull_that_cannot_be_is_no_other_solution(error, monkeypatch):
+    """The search for the other solution fails, as from an Izz above Ixx + Iyy; the one that was found stands."""
+
+    def search(problem, *_, **__):
+        problem.sigma *= 3
+        raise error
+
+    monkeypatch.setattr(exchange, "_candidates", lambda *_: [(1, 0, np.array([33.0, 0.4]))])
+    monkeypatch.setattr(exchange, "search", search)
+    here = np.array([9.0, 1.2])
+    problem = SimpleNamespace(sigma=np.ones(1), precision=np.ones(2), prior=here, family=None, loss=lambda *_: (1.0, 0))
+    assert exchange.exchanged(problem, SimpleNamespace(at=here, shots=None), lambda _: None) == ()
+    assert problem.sigma == 1
 
 
 @pytest.mark.parametrize(("actuators_from", "told"), [("commands", True), ("rest", False)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from pelagos.errors import InputError
+from pelagos.errors import InputError, LookupFailed
 from pelagos.identification.plan import UNIT_SCALES, UNITS_OF, Plan
 from pelagos.identification.record import Record
 from pelagos.vehicles.model import Model
@@ -19,11 +19,15 @@ def in_own_units(record: Record, plan: Plan, model: Model) -> Record:
 
     Raises:
         InputError: the column's unit is of another kind than the actuator's.
+        LookupFailed: there are commands of an actuator that the vehicle has not.
     """
     commands = dict(record.commands)
+    for name in commands:
+        if name not in model.actuators:
+            raise LookupFailed("actuator", name, model.actuators, where="plan: commands")
     for name, column in plan.commands.items():
-        own = model.actuators[name].unit if name in model.actuators else ""
-        if not (column.unit and own) or name not in commands:
+        own = model.actuators[name].unit if name in commands else ""
+        if not (column.unit and own):
             continue
         allowed = _units_like(own)
         if column.unit not in allowed:

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.errors import ScenarioError, SimulationError
 from pelagos.identification.parameters import Family, Parameter
 from pelagos.identification.problem import Problem
 from pelagos.identification.search import Found, search
@@ -31,8 +32,12 @@ def exchanged(problem: Problem, found: Found, tell: Callable[[str], None]) -> tu
     said = []
     for lag, mass, at in _candidates(problem, found):
         tell("with a lag and the hull exchanged")
-        other = search(problem, found.shots, iterations=_ITERATIONS, at=at)
-        problem.sigma = sigma.copy()
+        try:
+            other = search(problem, found.shots, iterations=_ITERATIONS, at=at)
+        except (ScenarioError, SimulationError):  # numbers that no vehicle has are no other solution
+            continue
+        finally:
+            problem.sigma = sigma.copy()
         alike = _by_the_record(problem, other) < first + _ALIKE
         if alike and abs(other.at[lag] - found.at[lag]) > _APART:
             pairs = [

@@ -43,6 +43,10 @@ _UNLIKE: Final = 0.5
 """Logarithm of measured over modelled deviation from which the three terms are not what the record shows, where the
 curve is known to a tenth."""
 _KNOWN: Final = 50  # clusters that know the curve to a tenth (IEEE Std 952-1997, equation C.20)
+_PARTS: Final = 64  # of a record, whose means show its drift
+_STRAIGHT: Final = 0.985
+"""Share of a straight line in the variance of those means from which it is a drift: one random walk in 10 000 has it,
+the steadiest of all noise (of 200 000, drawn)."""
 _OUTLIER: Final = 30.0  # of the median change from sample to sample: normal noise changes by 7 of it once in 1e6
 _COARSE: Final = 0.5
 """Standard deviation of normal noise, in steps of the output, from which rounding adds a twelfth of the step's square
@@ -223,12 +227,29 @@ def _doubts(values: Floats, rate_hz: float, tau: Floats, off: Floats) -> Iterato
             f"{len(far)} changes from sample to sample are more than {_OUTLIER:g} times the usual {usual:.2g}, the "
             f"first after sample {k + 1} ({k / rate_hz:.6g} s): leave faults out, or give a stretch without them"
         )
+    slope, share = _drift(values)
+    if share > _STRAIGHT:
+        yield (
+            f"the mean drifts by {slope * rate_hz:.2g} a second, straight as no noise goes, and counts as random walk: "
+            "was the sensor warm? Give a later stretch, or take the drift away"
+        )
+        return
     k = int(np.argmax(np.abs(off)))
     if abs(off[k]) > _UNLIKE:
         yield (
             f"the Allan deviation at {tau[k]:.3g} s is {np.exp(off[k]):.2g} times what white noise, bias instability "
             "and random walk make together: was the sensor at rest, and warm?"
         )
+
+
+def _drift(values: Floats) -> tuple[float, float]:
+    """Slope of a straight line through means of a record, a sample, and its share in their variance."""
+    length = len(values) // _PARTS
+    means = values[: _PARTS * length].reshape(_PARTS, length).mean(axis=1)
+    means -= means.mean()
+    place = np.arange(_PARTS) - (_PARTS - 1) / 2
+    slope = place @ means / (place @ place)
+    return float(slope / length), float(slope**2 * (place @ place) / max(means @ means, 1e-300))
 
 
 def _step_of(values: Floats) -> float:

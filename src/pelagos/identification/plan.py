@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -230,6 +231,9 @@ class Plan(_Strict):
         for start, end in self.windows_s:
             if not start < end:
                 raise ValueError(f"windows_s: {start:g} is not before {end:g}")
+        for (start, end), (later, last) in pairwise(sorted(self.windows_s)):
+            if later < end:
+                raise ValueError(f"windows_s: {later:g} to {last:g} begins before {start:g} to {end:g} ends")
         return self
 
     def _units_fit(self) -> None:

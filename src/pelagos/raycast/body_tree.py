@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
-from pelagos.raycast.rays import NO_BODY, Rays
+from pelagos.raycast.rays import NO_BODY, Rays, ray_of
 
 if TYPE_CHECKING:
     from pelagos.raycast.hit_tables import HitTables
@@ -222,4 +222,4 @@ def _in_frame_of(tables: HitTables, rays: Rays, row: Array, reach: Array) -> tup
     attitude = dr.gather(jit.Array4f, tables.body_attitude, row)
     begin = rotate_back(attitude, jit.Array3f(apart + near * way)) + offset
     left = jit.Float(dr.maximum(dr.minimum(far, jit.Float64(reach)) - near, 0.0))  # below 0 is a hit to Embree
-    return jit.Float(near), jit.mi.Ray3f(begin, rotate_back(attitude, rays.direction), left, 0.0, [])
+    return jit.Float(near), ray_of(begin, rotate_back(attitude, rays.direction), left)

@@ -12,7 +12,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.body_tree import any_body, nearest_body
 from pelagos.raycast.hit_tables import Faces, HitTables
-from pelagos.raycast.rays import NO_BODY, Hits, Rays
+from pelagos.raycast.rays import NO_BODY, Hits, Rays, ray_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Caster:
         blocked = jit.Bool(False)
         if static is not None:
             local = jit.Array3f(rays.origin - tables.origin)
-            blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
+            blocked = static.ray_test(ray_of(local, rays.direction, rays.max_range), coherent, True)
         if moving is not None:
             passed, left = rays.own if past_own else jit.UInt32(NO_BODY), dr.select(blocked, 0.0, rays.max_range)
             open_ = Rays(rays.origin, rays.direction, left, rays.copy, passed, rays.drift)
@@ -87,7 +87,7 @@ def first_static(
     Returns:
         distance [m], infinite without a hit; normal and interpolated normal (see `normals`); object row.
     """
-    found = static.ray_intersect_preliminary(jit.mi.Ray3f(start, direction, reach, 0.0, []), coherent, True)
+    found = static.ray_intersect_preliminary(ray_of(start, direction, reach), coherent, True)
     hit = found.is_valid()
     shape = dr.reinterpret_array(jit.UInt32, found.shape)
     instanced = dr.width(tables.models.thing) > 1

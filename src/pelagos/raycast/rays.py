@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Final
+
 import drjit as dr
 
 from pelagos import jit
@@ -32,6 +34,16 @@ class Rays:
 
 
 NO_BODY = 0xFFFFFFFF
+_LEAST: Final = 1e-17  # of a direction's component that is not 0: coherent packets of Embree lose rays from 1e-18 down
+
+
+def ray_of(start: Array, direction: Array, reach: Array) -> Any:
+    """The `mi.Ray3f` from `start`, `Array3f` [m], in a direction, `Array3f`, as far as `reach`, `Float` [m].
+
+    A component next to 0 becomes 0. Such are those of whatever has turned by a rounding from an axis of the world.
+    """
+    straight = jit.Array3f([dr.select(dr.abs(x) < _LEAST, 0.0, x) for x in direction])
+    return jit.mi.Ray3f(start, straight, reach, 0.0, [])
 
 
 @jit.struct
