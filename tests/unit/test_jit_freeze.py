@@ -9,6 +9,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
+import pelagos as pl
 from pelagos import jit
 
 
@@ -150,6 +151,7 @@ def test_tables_are_settled_within_structs() -> None:
 
 SUBNORMAL = """
 import numpy as np, drjit as dr
+import pelagos as pl
 from pelagos import jit
 def times(x, y): return x * y
 frozen = jit.freeze(times)
@@ -174,6 +176,7 @@ def test_no_kernel_reads_beyond_the_last_page() -> None:
     code = """
 import ctypes, mmap
 import numpy as np
+import pelagos as pl
 from pelagos import jit
 size = 4 * mmap.PAGESIZE
 area = mmap.mmap(-1, size + mmap.PAGESIZE)
@@ -192,3 +195,21 @@ for kind, dtype in ((jit.Float, np.float32), (jit.Float64, np.float64), (jit.UIn
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_what_casts_rays_is_recorded_once_beside_bodies_that_may_collide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Meshes of collisions are loaded before: a shape more, and Dr.Jit records anew what sees a scene."""
+    recorded: list[str] = []
+    watched = jit.watched
+    monkeypatch.setattr(jit, "watched", lambda owner, *rest: (recorded.append(str(owner)), watched(owner, *rest))[1])
+    there = {"kind": "waypoints", "points_m": [[5.0, -1.0, -3.0], [4.0, -2.0, -3.5]], "speed_mps": 0.5}
+    sim = pl.Simulation.load(
+        {"tick_rate_hz": 20, "world": {"type": "flat", "movers": [{"name": "drum", "body": "box", "path": there}]},
+         "agents": {"it": {"vehicle": "remus100", "start": {"position_m": [0.0, 0.0], "depth_m": 3.0},
+                           "sensors": {"altimeter": {"type": "altimeter", "rate_hz": 10}}}}}
+    )  # fmt: skip
+    assert np.isfinite(sim.reset()["it"]["altimeter"].data).all()
+    for _ in range(6):
+        sim.step()
+    assert len(recorded) > 2
+    assert len(recorded) == len({*recorded})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import drjit as dr
 import numpy as np
 import pytest
 
@@ -180,3 +181,22 @@ def test_bodies_are_ordered_along_mortons_curve_of_their_own_box():
     top = 3 * (_AXIS_BITS - 1)
     assert (along[0] >> top).tolist() == list(range(8))
     assert (along[1] >> top).tolist() == [0, 0, 2, 2, 0, 0, 2, 2]  # by the longest of its sides, y
+
+
+def test_a_kernel_that_sees_both_scenes_is_compiled_once():
+    """Dr.Jit merges what two scenes hold alike after some calls, and a kernel of before would be another."""
+    scene = Scene([body(0, 3)])
+    cast = scene.compile(lambda caster, r: caster.cast(r))
+    for count in (2, 3):  # the moving scene is replaced
+        place, q = poses(count, seed=count)
+        scene.set_moving([(body(1, 10 + k), 0) for k in range(count)])
+        scene.move(place, q, np.zeros((count, 3)), np.zeros((count, 3)))
+        shot = fan(90, place)
+        dr.eval(shot)
+        found = set()
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            for _ in range(5):
+                dr.kernel_history_clear()
+                dr.eval(cast(shot))
+                found.add(tuple(str(k["hash"]) for k in dr.kernel_history([dr.KernelType.JIT])))
+        assert len(found) == 1

@@ -53,6 +53,7 @@ class Scene:
         self.copies = copies
         self._ground = ground
         self.generation = 0
+        self._merged = -1  # generation of the scenes that are said to be merged
         self._static_geometry = list(static)
         extents = [g.extent for g in static if len(g.faces)]
         if ground is not None:
@@ -279,6 +280,9 @@ class Scene:
             nonlocal frozen, generation
             if frozen is None or generation != self.generation:
                 many = len(self._copies.first) > _MANY_COPIES
+                if not many and self._merged != self.generation:
+                    _merge(self.static, self.moving)
+                    self._merged = self.generation
                 make = seeing(self.static, self.moving) if many else jit.freeze(seeing, self.static, self.moving)
                 frozen, generation = make, self.generation
             return frozen(self.tables, *arguments)
@@ -316,6 +320,19 @@ class Scene:
             body_angular_velocity=_array3(zero, jit.Array3f),
         )
         dr.make_opaque(self.tables)
+
+
+def _merge(static: Any, moving: Any) -> None:
+    """Let two scenes share what they hold alike: the addresses of the functions that trace rays.
+
+    Dr.Jit finds out in the first two calls that see both scenes. A kernel that was recorded before would be recorded,
+    and compiled, once more: for a sonar's ping up to a minute.
+    """
+    if static is None or moving is None:
+        return
+    see = jit.freeze(lambda _static, _moving: lambda x: x, static, moving)
+    for _ in range(2):
+        see(dr.opaque(jit.Float, 0.0))
 
 
 def _single(place: NDArray[np.float64]) -> Array:

@@ -74,6 +74,10 @@ class Collisions:
         """There are agents that others can touch, or bodies."""
         return self._bodies.any
 
+    def load(self) -> None:
+        """Load the meshes, which a first look does otherwise."""
+        self._look()
+
     def close(self, rows: Rows, reach: Rows, *, moving_s: float = 0.0) -> NDArray[np.int64]:
         """`(k, 2)` rows of bodies, of which one is an agent, whose spheres of `reach` [m] overlap.
 

@@ -56,10 +56,15 @@ class Contacts:
         self._now: dict[str, Wrench] = {}
         self.remembered: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
 
-    def clear(self) -> None:
-        """Forget all contacts."""
+    def begin(self) -> None:
+        """Nothing has touched anything yet.
+
+        Meshes that may collide are loaded now, before a sensor is recorded: Dr.Jit records it anew for a mesh more.
+        """
         self._now.clear()
         self.remembered.clear()
+        if self._collisions.any:
+            self._collisions.load()
 
     def forget(self, where: NDArray[np.bool_]) -> None:
         """Some copies have touched nothing yet."""

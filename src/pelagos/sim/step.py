@@ -97,7 +97,7 @@ class Stepper:
         self.tick = tick
         self.timings = Timings()
         self._blocks.clear()
-        self.contacts.clear()
+        self.contacts.begin()
         self.traffic.clear()
         self._bodies.forget()
         self.episodes.restart(episode)
