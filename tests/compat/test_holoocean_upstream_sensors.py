@@ -156,23 +156,36 @@ MVN = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("kind", "prefix", "size"), MVN)
-@pytest.mark.parametrize("form", ["Sigma", "Sigmas", "Cov", "Covs", "matrix"])
-def test_noise_has_the_covariance_that_was_given(kind, prefix, size, form):
+FORMS = ("Sigma", "Sigmas", "Cov", "Covs", "matrix")
+
+
+def noise(form, size):
+    """What is given in that form, and the covariance that it means."""
     root = np.tril(np.arange(1.0, 1 + size * size).reshape(size, size)) / size**2 + 0.5 * np.eye(size)
-    covariance = {
-        "Sigma": 4.0 * np.eye(size), "Sigmas": np.diag(np.arange(1.0, size + 1) ** 2), "Cov": 3.0 * np.eye(size),
-        "Covs": np.diag(np.arange(1.0, size + 1)), "matrix": root @ root.T,
+    row = np.arange(1.0, size + 1)
+    return {
+        "Sigma": (2.0, 4.0 * np.eye(size)), "Sigmas": (list(row), np.diag(row**2)), "Cov": (3.0, 3.0 * np.eye(size)),
+        "Covs": (list(row), np.diag(row)), "matrix": ((root @ root.T).tolist(), root @ root.T),
     }[form]  # fmt: skip
-    given = {
-        "Sigma": 2.0, "Sigmas": list(np.arange(1.0, size + 1)), "Cov": 3.0, "Covs": list(np.arange(1.0, size + 1)),
-        "matrix": (root @ root.T).tolist(),
-    }[form]  # fmt: skip
-    key = prefix + ("Sigma" if form.startswith("Sigma") else "Cov")
-    quiet, noisy = dict(sensor(kind), sensor_name="quiet"), dict(sensor(kind, **{key: given}), sensor_name="noisy")
-    with opened(agent("SphereAgent", [quiet, noisy]), seed=3) as env:
-        states = [env.tick() for _ in range(400)]
-    errors = np.array([np.ravel(s["noisy"] - s["quiet"])[: min(size, 3)] for s in states])
+
+
+@pytest.fixture(scope="module")
+def draws():
+    """400 states of one agent with a quiet sensor of each kind and noisy ones of every form."""
+    sensors = [dict(sensor(kind), sensor_name=f"{kind} quiet") for kind, _, _ in MVN]
+    for kind, prefix, size in MVN:
+        for form in FORMS:
+            key = prefix + ("Sigma" if form.startswith("Sigma") else "Cov")
+            sensors.append(dict(sensor(kind, **{key: noise(form, size)[0]}), sensor_name=f"{kind} {form}"))
+    with opened(agent("SphereAgent", sensors), seed=3) as env:
+        return [env.tick() for _ in range(400)]
+
+
+@pytest.mark.parametrize(("kind", "size"), [(kind, size) for kind, _, size in MVN])
+@pytest.mark.parametrize("form", FORMS)
+def test_noise_has_the_covariance_that_was_given(draws, kind, size, form):
+    covariance = noise(form, size)[1]
+    errors = np.array([np.ravel(s[f"{kind} {form}"] - s[f"{kind} quiet"])[: min(size, 3)] for s in draws])
     if size == 4:  # beams to axes
         sine, cosine = np.sin(np.radians(22.5)), np.cos(np.radians(22.5))
         mix = np.array([[1, 0, -1, 0], [0, 1, 0, -1], [0, 0, 0, 0]]) / (2 * sine)

@@ -17,6 +17,8 @@ AFLOAT = {
 }  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
 SHIPS = AFLOAT - {"otter", "wamv", "surface_vessel"}
+KIN = {"bluerov2_heavy", "hovering_auv", "wamv", "surface_vessel", "couguv", "torpedo", "lrauv"}
+"""Vehicles of whose kinds of modes and families others are in every run."""
 HEAVY = {"npsauv", "dsrv"}  # slender bodies of tonnes
 WITHOUT_DRIVE = ("actuators", "wrench", "acceleration")
 
@@ -33,7 +35,7 @@ def swim(vehicle: Any, mode: str, seconds: float, *, rate_hz: float = 50.0, **oc
     return sim
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SHIPS else n for n in NAMES])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SHIPS | KIN else n for n in NAMES])
 def test_every_mode_feels_a_current(name: str) -> None:
     """Half a metre a second eastwards (wind for what flies): without drive it is soon carried, with one it has to work.
 
@@ -115,5 +117,5 @@ def test_adrift_in_a_gyre_it_goes_round_with_the_water(name: str) -> None:
 )
 def test_what_floats_goes_up_with_the_tide(name: str) -> None:
     """Without waves: high water 0.8 m above the mean at t = 0."""
-    sim = swim(name, "actuators", 40.0, tide={"constituent": "M2", "amplitude_m": 0.8})
+    sim = swim(name, "actuators", 40.0, rate_hz=20.0, tide={"constituent": "M2", "amplitude_m": 0.8})
     assert sim.state["it"].position[0, 2] == pytest.approx(0.8, abs=0.05)
