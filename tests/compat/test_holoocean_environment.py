@@ -263,24 +263,28 @@ def test_a_script_imports_holoocean_and_nothing_is_shadowed_without_being_asked(
     assert "No module named 'holoocean'" in plain.stderr or "pelagos" not in plain.stderr
 
 
-def test_a_programs_errors_are_told_from_its_own_first_line_on(tmp_path):
+def test_a_programs_errors_are_told_from_its_own_first_line_on(tmp_path, monkeypatch, capsys):
+    from pelagos.cli.main import main
+
     (tmp_path / "wrong.py").write_text("import holoocean\ndef f():\n    return 1 / 0\nf()\n")
     (tmp_path / "list.json").write_text("[1]")
     (tmp_path / "bare.json").write_text('{"name": "x"}')
 
-    def told(*arguments):
-        run = [sys.executable, "-m", "pelagos", "holoocean", *arguments]
-        done = subprocess.run(run, capture_output=True, text=True, check=False, cwd=tmp_path)
+    def run(*arguments):
+        command = [sys.executable, "-m", "pelagos", "holoocean", *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
         return done.returncode, done.stderr
 
-    status, text = told("wrong.py")
+    status, text = run("wrong.py")
     assert status == 1
     assert [line.split(",")[0].strip() for line in text.splitlines() if "File" in line] == ['File "wrong.py"'] * 2
-    assert told("-m", "no_such_module") == (2, "wrong input: there is no module 'no_such_module' to run\n")
+    assert run("-m", "no_such_module") == (2, "wrong input: there is no module 'no_such_module' to run\n")
+    monkeypatch.chdir(tmp_path)
     for name, word in (("list", "a scenario is a mapping, not a list"), ("bare", "the key 'agents' is missing")):
-        status, text = told("--convert", f"{name}.json", "out.yaml")
-        assert status == 2
-        assert word in text
+        with pytest.raises(SystemExit) as ended:
+            main(["holoocean", "--convert", f"{name}.json", "out.yaml"])
+        assert ended.value.code == 2
+        assert word in capsys.readouterr().err
 
 
 def test_a_scenario_becomes_a_native_one(tmp_path):
