@@ -60,7 +60,7 @@ def alone() -> dict[str, str]:
 
 
 def test_every_copy_of_a_fleet_equals_a_fleet_of_one(alone):
-    fleet = pl.Simulation.load(SCENARIO, n=64)
+    fleet = pl.Simulation.load(SCENARIO, n=20)  # more than a packet of lanes, and not whole packets
     assert readings_of(fleet, 120) == alone
     assert readings_of(fleet, 120, copy=5) == readings_of(pl.Simulation.load(SCENARIO, environment=5), 120)
 
@@ -119,7 +119,7 @@ def test_sensors_that_wait_read_the_same_bytes():
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("threads", ["1", "2"])
+@pytest.mark.parametrize("threads", [pytest.param("1", marks=pytest.mark.slow), "2"])
 def test_other_processes_and_numbers_of_threads(alone, threads):
     program = (
         "import json, sys; sys.path.insert(0, sys.argv[1]); import pelagos as pl; import test_sim_repeatability as t; "
