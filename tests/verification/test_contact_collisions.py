@@ -181,7 +181,7 @@ def test_vehicles_get_equal_and_opposite_impulses_whatever_their_names():
     runs = []
     for names in (("a", "b"), ("z", "b")):
         sim, struck, track = _meeting(names), 0, []
-        for _ in range(250):
+        for _ in range(140):
             before = {name: state.attitude for name, state in sim.state.items()}
             sim.step()
             force = [_world_wrench(sim, name, before[name]) for name in names]

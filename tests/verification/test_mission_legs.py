@@ -219,7 +219,8 @@ def test_a_dock_with_its_default_approach_is_reached_abeam_of_a_current(vehicle,
     """The current of 60 degrees meets the axis from abeam; at the first attempt, within 1 m of the point in space."""
     dock = np.array([46.0, -46.0, -6.6] if start[2] else [46.0, -46.0, 0.0])
     leg = {"type": "dock", "point": dock[: 3 if start[2] else 2].tolist(), "heading_deg": heading_deg, "tolerance_m": 1}
-    track, sim = fly(vehicle, [leg], 480, start=start, speed=1.5 if start[2] else 0.0, waves=False)
+    speed = 1.5 if start[2] else 0.0
+    track, sim = fly(vehicle, [leg], 480, start=start, speed=speed, tick=20, waves=False)
     assert sim.stepper.missions_done()
     assert np.linalg.norm((track[-5:] - dock)[:, : 3 if start[2] else 2], axis=1).min() < 1.5  # the track is of 2 Hz
 
