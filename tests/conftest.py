@@ -8,9 +8,11 @@ import re
 
 import pytest
 
+from quick_approx import quicken_approx
 from quick_kernels import quicken
 
 quicken()
+quicken_approx()
 gc.set_threshold(50_000, 20, 50)  # thousands of collected tests are looked through again and again otherwise
 
 EXPECTED_SKIPS = (

@@ -99,6 +99,8 @@ def preload() -> None:
 def overlay(mutant: Mutant, folder: Path) -> Path:
     """A new folder with the package as the mutant has it: links, and the one file. For processes that a test starts."""
     here, there = folder / SOURCES.name, SOURCES
+    if here.exists():  # of the trial of a single test, which was silent
+        return folder
     for part in Path(mutant.file).parts:
         here.mkdir(parents=True)
         for entry in there.iterdir():

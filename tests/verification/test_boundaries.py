@@ -44,7 +44,7 @@ def test_long_hull_has_the_added_mass_of_its_strips():
     """Of a strip, two dipoles of strength 2 S a distance 2 d apart: rho S b^2/(2 d^2), each of its own b(x)."""
     half, b, d = 4.0, 0.04, 0.3
     mass = 4 / 3 * math.pi * half * b * b * RHO
-    body = spheroid_dipoles([half, b, b], [0.0] * 3, [0.0, mass, mass], mass, RHO, count=120)
+    body = spheroid_dipoles([half, b, b], [0.0] * 3, [0.0, mass, mass], mass, RHO, count=48)
     strips = RHO * math.pi * b**4 / (2 * d * d) * half * 16 / 15  # the integral of (1 - x^2)^2
     found = matrix(body, d, [0, 0, -1.0])
     assert found[2, 2] == pytest.approx(strips, rel=0.06)  # (2 d/half)^2 ln(half/2 d) = 6 %: the ends
@@ -54,9 +54,9 @@ def test_long_hull_has_the_added_mass_of_its_strips():
 
 
 def test_row_of_dipoles_stands_for_a_continuous_one():
-    """A hull of the REMUS's shape: suction ahead and abeam against 80 dipoles, from the nearest distance on."""
+    """A hull of the REMUS's shape: suction ahead and abeam against 32 dipoles, from the nearest distance on."""
     half, mass = [0.8, 0.095, 0.095], 27.0
-    row, fine = (spheroid_dipoles(half, [0.0] * 3, [0.03 * mass, mass, mass], mass, RHO, count=k) for k in (None, 80))
+    row, fine = (spheroid_dipoles(half, [0.0] * 3, [0.03 * mass, mass, mass], mass, RHO, count=k) for k in (None, 32))
     assert row.nearest == pytest.approx(1.5 * 0.095, rel=0.05)
     for ratio, most in ((1.0, 0.1), (1.4, 5e-3), (3.0, 1e-6)):
         plane = Plane(ratio * row.nearest, [0.0, 0.0, -1.0])

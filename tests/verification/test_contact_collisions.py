@@ -127,7 +127,7 @@ def _random(rng: np.random.Generator) -> tuple[PairContacts, Colliding, np.ndarr
     return found, bodies, mass
 
 
-@pytest.mark.parametrize("trials", [1500, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("trials", [400, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_random_collisions_keep_momentum_and_add_no_energy(trials):
     """Momentum and angular momentum about a point nearby to 1e-9 of the impulse; kinetic energy never grows."""
     rng, happened = np.random.default_rng(4), 0
@@ -181,7 +181,7 @@ def test_vehicles_get_equal_and_opposite_impulses_whatever_their_names():
     runs = []
     for names in (("a", "b"), ("z", "b")):
         sim, struck, track = _meeting(names), 0, []
-        for _ in range(250):
+        for _ in range(140):
             before = {name: state.attitude for name, state in sim.state.items()}
             sim.step()
             force = [_world_wrench(sim, name, before[name]) for name in names]

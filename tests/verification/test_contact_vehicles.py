@@ -88,9 +88,9 @@ def test_impulse_of_an_impact_is_mass_and_added_mass_times_change_of_velocity(na
     assert change[2] == pytest.approx(impulse[2], rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["bluerov2_heavy", "hovering_auv"])
+@pytest.mark.parametrize("name", ["bluerov2_heavy", pytest.param("hovering_auv", marks=pytest.mark.slow)])
 def test_static_friction_holds_a_vehicle_on_a_slope(name):
-    """A tenth too heavy, on uneven ground of 7 to 20 degrees: once settled it does not creep by 0.05 mm in 10 s."""
+    """A tenth too heavy, on uneven ground of 7 to 20 degrees: once settled it does not creep by 0.025 mm in 5 s."""
     vehicle = variant(name, mass=1.0, net=0.1)
     low = float(Vehicle.from_dict(vehicle).hull.vertices[:, 2].min())
     world = {
@@ -105,5 +105,5 @@ def test_static_friction_holds_a_vehicle_on_a_slope(name):
     sim.set_state("a", position=np.array([[0.0, 0.0, height[0] - low + 0.05]]))
     sim.run(8.0)
     before = sim.state["a"].position[0].copy()
-    sim.run(10.0)
-    assert np.abs(sim.state["a"].position[0] - before).max() < 5e-5
+    sim.run(5.0)
+    assert np.abs(sim.state["a"].position[0] - before).max() < 2.5e-5

@@ -50,6 +50,24 @@ def harmonic(values: np.ndarray, t: np.ndarray, omega: float) -> np.ndarray:
     return found[1] - 1j * found[2]
 
 
+def played(step: Any, state: Any, *, steps: int, late: int, shape: tuple[int, int]) -> np.ndarray:
+    """Values `(late, *shape)`, by quantity and lane, of the last of all `state, values = step(state, i)`: one loop on
+    the device.
+    """
+    out, lane = dr.zeros(jit.Float64, late * shape[0] * shape[1]), dr.arange(jit.UInt32, shape[1])
+
+    def body(i: Any, state: Any) -> Any:
+        state, values = step(state, i)
+        row = (i - (steps - late)) * shape[0]
+        for k, value in enumerate(values):
+            dr.scatter(out, jit.Float64(value), (row + k) * shape[1] + lane, i >= steps - late)
+        return i + 1, state
+
+    begun = dr.zeros(jit.UInt32, shape[1]), state
+    dr.eval(dr.while_loop(begun, lambda i, state: i < steps, body, mode="symbolic"))
+    return np.array(out).reshape(late, *shape)
+
+
 TRANSOM = {
     "position_x_m": -71.0, "added_mass_infinite": [[40.0, 0.0, -55.0], [0.0, 90.0, 0.0], [-55.0, 0.0, 310.0]],
     "damping": [[[w * np.exp(-w) * 30, 0.0, w * np.exp(-w) * 4], [0.0, 50 * w * np.exp(-1.2 * w), 0.0],
@@ -77,8 +95,8 @@ def test_forced_motion_gives_the_coefficients_of_strip_theory() -> None:
     re, im = ([jit.Float64(np.ascontiguousarray(row)) for row in part] for part in (moved.real, moved.imag))
     u, turn = jit.Float64(speeds), jit.Float64(omegas)
 
-    def step(memory: list[Any], re: list[Any], im: list[Any], u: Any, turn: Any, t: Any) -> Any:
-        s, c = dr.sincos(turn * (t + 0.5 * h))
+    def step(memory: list[Any], i: Any) -> Any:
+        s, c = dr.sincos(turn * (i + 0.5) * h)
         own = [a * c - b * s for a, b in zip(re, im, strict=True)]
         past = [u, *own[1:]]
         new, wrench = sea.remember(memory, own, h)
@@ -87,19 +105,14 @@ def test_forced_motion_gives_the_coefficients_of_strip_theory() -> None:
         turning = coriolis_force(sea.added, past)
         return new, [jit.Float64(a + b - c + 0 * u) for a, b, c in zip(wrench, ahead, turning, strict=True)]
 
-    frozen = jit.freeze(step)
     memory: list[Any] = [dr.zeros(jit.Float64, len(speeds)) for _ in range(sea.memory)]
-    kept = []
-    for i in range(steps):
-        memory, push = frozen(memory, re, im, u, turn, dr.opaque(jit.Float64, i * h))
-        if i >= steps - late:
-            kept.append(np.array([np.array(p) for p in push]))
+    kept = played(step, memory, steps=steps, late=late, shape=(6, len(speeds)))
     t = (np.arange(steps - late, steps) + 0.5) * h
     infinite, cut = np.array(sea.added), sea.ahead.transom
     size = np.array([1.0, 1.0, 1.0, 23.0, LENGTH, LENGTH])
     for lane, (column, speed, omega) in enumerate(zip(columns, speeds, map(float, omegas), strict=True)):
         end = Transom(-71.0, momentum_of(cut.kernels, np.array(cut.added), omega))
-        forces = harmonic(np.array(kept)[:, :, lane], t, omega) - infinite @ moved[:, lane] * 1j * omega
+        forces = harmonic(kept[:, :, lane], t, omega) - infinite @ moved[:, lane] * 1j * omega
         whole = momentum_of(sea.kernels, infinite, omega)
         added, damping = at_speed(whole.real, -omega * whole.imag, omega, float(speed), end)
         expected = 1e-3 * (omega**2 * added - 1j * omega * damping)[:, column]
@@ -280,21 +293,17 @@ def motion(vehicle: pl.Vehicle, ocean: Any, angle: np.ndarray, u: np.ndarray, me
         ahead = c * x + s * y - speed * t
         return [ahead, c * y - s * x, z, dr.atan2(m[2][1], m[2][2]), -dr.asin(m[2][0]), yaw]
 
-    def step(state: Any, course: Any, speed: Any, t: Any, tables: Any, ocean: Any) -> Any:
+    def step(state: Any, i: Any) -> Any:
+        t = jit.Float64(i) * h
         now = off(state, course, speed, t)
         rate = [state.velocity[0] - speed, state.velocity[1] + speed * now[5], 0.0, *state.angular_velocity]
         push = [-float(k) * x - float(d) * v for k, d, x, v in zip(SPRINGS, DAMPERS, now, rate, strict=True)]
         wrench = jit.Array3f64(*push[:3]), jit.Array3f64(*push[3:])
-        new = vehicle.step(state, [], ocean, t, wrench, jit.Float64(h), "actuators", tables)
+        new = vehicle.step(state, [], ocean, t, wrench, jit.Float64(h), "actuators", vehicle.tables)
         return new, off(new, course, speed, t + h)
 
-    frozen, rows = jit.freeze(step), []
     late = round(6 * 2 * np.pi / met.min() / h)
-    for i in range(steps):
-        state, now = frozen(state, course, speed, dr.opaque(jit.Float64, i * h), vehicle.tables, ocean)
-        if i >= steps - late:
-            rows.append(np.array([np.array(v) for v in now]))
-    t, values = (np.arange(steps - late, steps) + 1) * h, np.array(rows)
+    values, t = played(step, state, steps=steps, late=late, shape=(6, lanes)), (np.arange(steps - late, steps) + 1) * h
     return np.array([harmonic(values[:, :, i], t, w) for i, w in enumerate(met)])
 
 
@@ -407,16 +416,13 @@ def test_heave_and_pitch_die_away_in_calm_water(actuators: bool) -> None:
     dr.make_opaque(state)
     ocean = build_ocean(OceanConfig.model_validate({}), seed=1)
 
-    def step(state: Any, t: Any, tables: Any, ocean: Any) -> Any:
+    def step(state: Any, i: Any) -> Any:
         still = dr.zeros(jit.Array3f64, 3), dr.zeros(jit.Array3f64, 3)
-        command = [dr.zeros(jit.Float64, 3)] if actuators else []
-        return vehicle.step(state, command, ocean, t, still, jit.Float64(h), "actuators", tables)
+        command, t = [dr.zeros(jit.Float64, 3)] if actuators else [], jit.Float64(i) * h
+        new = vehicle.step(state, command, ocean, t, still, jit.Float64(h), "actuators", vehicle.tables)
+        return new, [new.position[2], dr.rad2deg(dr.asin(so3.matrix(new.attitude)[2][0]))]
 
-    frozen, rows = jit.freeze(step), []
-    for i in range(1200):
-        state = frozen(state, dr.opaque(jit.Float64, i * h), vehicle.tables, ocean)
-        rows.append([np.array(state.position[2]), np.degrees(-np.arcsin(np.array(so3.matrix(state.attitude)[2][0])))])
-    found = np.abs(np.array(rows))  # (steps, heave and pitch, lanes)
+    found = np.abs(played(step, state, steps=1200, late=1200, shape=(2, 3)))  # (steps, heave and pitch, lanes)
     assert (found[:10].max(axis=0) > np.array([[0.4], [1.5]])).all()
     assert (found.max(axis=0) < np.array([[1.0], [2.1]])).all()
     assert (found[300:].max(axis=0) < np.array([[1e-3], [1e-3]])).all()

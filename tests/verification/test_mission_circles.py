@@ -34,7 +34,7 @@ def test_an_orbit_has_its_radius(vehicle: str, radius: float, without: float, wa
     leg = {"type": "orbit", "center": [0, 0], "radius_m": radius, "turns": 9, "direction": way}
     if vehicle == "couguv":
         leg["depth_m"] = 10.0
-    off = off_circle(vehicle, leg, radius, 300)[-100:]
+    off = off_circle(vehicle, leg, radius, 170)[-60:]
     assert abs(off.mean()) < 0.15 * without
     assert np.abs(off).max() < 0.35 * without
 
@@ -42,7 +42,7 @@ def test_an_orbit_has_its_radius(vehicle: str, radius: float, without: float, wa
 def test_those_that_cannot_stop_keep_to_a_circle_with_room_for_a_current() -> None:
     """1.3 turning circles about the place: a torpedo at its least radius has no rudder left where the stream pushes."""
     leg = {"type": "station_keeping", "point": [0, 0], "seconds": 900, "depth_m": 10.0}
-    off = off_circle("torpedo", leg, KEEPING * 20.0, 360)[-100:]
+    off = off_circle("torpedo", leg, KEEPING * 20.0, 180)[-80:]
     assert np.abs(off).max() < 0.25 * 20.0
 
 
@@ -50,7 +50,7 @@ def test_those_that_cannot_stop_keep_to_a_circle_with_room_for_a_current() -> No
 def test_a_craft_that_turns_on_the_spot_slows_down_on_a_small_circle(vehicle: str, radius: float, way: str) -> None:
     """At cruising speed the Otter makes no circle below 6.6 m, the WAM-V none below 11.5 m."""
     leg = {"type": "orbit", "center": [0, 0], "radius_m": radius, "turns": 9, "direction": way}
-    off = off_circle(vehicle, leg, radius, 200)[-60:]
+    off = off_circle(vehicle, leg, radius, 100)[-35:]
     assert np.abs(off).max() < 0.25
 
 

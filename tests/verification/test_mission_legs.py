@@ -145,7 +145,7 @@ def test_follow_a_wall():
     wall = {"type": "flat", "depth_m": 20, "objects": []}
     sonar = {"side": {"type": "altimeter", "rate_hz": 10, "orientation_deg": [90, 0, 0]}}
     data = {
-        "tick_rate_hz": 50, "duration_s": 60, "world": wall, "ocean": {"currents": CURRENT},
+        "tick_rate_hz": 20, "duration_s": 60, "world": wall, "ocean": {"currents": CURRENT},
         "agents": {"a": {"vehicle": "bluerov2_heavy", "start": {"position_m": [0, 0, -8], "heading_deg": 0},
                          "mission": [{"type": "follow", "wall": "side", "distance_m": 4, "seconds": 55}],
                          "sensors": sonar}},
@@ -155,7 +155,7 @@ def test_follow_a_wall():
     half = np.deg2rad(10) / 2  # a wall that leads 10 degrees to starboard of the start's heading
     turn = (np.cos(half), 0, 0, -np.sin(half))
     sim.spawn(pl.Prop("box", position=(20, 3.0, -10), size=(80, 2, 18), attitude=turn))
-    sim.run(seconds=55)
+    sim.run(seconds=35)
     x, y, _ = sim.state["a"].position[0]
     normal = np.array([np.sin(np.deg2rad(10)), np.cos(np.deg2rad(10))])  # of the wall, to port
     distance = normal @ (np.array([20, 3.0]) - [x, y]) - 1.0
@@ -219,7 +219,8 @@ def test_a_dock_with_its_default_approach_is_reached_abeam_of_a_current(vehicle,
     """The current of 60 degrees meets the axis from abeam; at the first attempt, within 1 m of the point in space."""
     dock = np.array([46.0, -46.0, -6.6] if start[2] else [46.0, -46.0, 0.0])
     leg = {"type": "dock", "point": dock[: 3 if start[2] else 2].tolist(), "heading_deg": heading_deg, "tolerance_m": 1}
-    track, sim = fly(vehicle, [leg], 480, start=start, speed=1.5 if start[2] else 0.0, waves=False)
+    speed = 1.5 if start[2] else 0.0
+    track, sim = fly(vehicle, [leg], 480, start=start, speed=speed, tick=20, waves=False)
     assert sim.stepper.missions_done()
     assert np.linalg.norm((track[-5:] - dock)[:, : 3 if start[2] else 2], axis=1).min() < 1.5  # the track is of 2 Hz
 

@@ -295,7 +295,7 @@ def test_drifting_plume_goes_with_the_stokes_drift_of_waves(depth: float | None)
              {"type": "regular", "height_m": 0.8, "period_s": 7.0, "towards_deg": -70}]  # fmt: skip
     stream = {"type": "uniform", "speed_mps": 0.02, "towards_deg": 200}
     source = {"source_m": [3, -2, -3], "rate": 3.0, "spread_m2ps": 0.01, "spread_up_m2ps": 1e-6, "initial_m": 0.5}
-    plume = {"type": "drifting_plume", "duration_s": 400, "puffs": 4000, **source}
+    plume = {"type": "drifting_plume", "duration_s": 400, "puffs": 1000, **source}
     sea = ocean(currents=[stream], waves=waves, waves_depth_m=depth, tracers={"dye": [plume]})
     expected = np.array([0.02 * np.cos(np.deg2rad(200)), -0.02 * np.sin(np.deg2rad(200))])
     for wave in waves:

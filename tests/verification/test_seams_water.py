@@ -103,11 +103,12 @@ def test_a_grid_in_metres_counts_columns_eastwards(west: tuple[float, float], co
     assert covered or "longitude" in lacking
 
 
-def test_pairs_are_those_that_a_search_of_all_finds() -> None:
+@pytest.mark.parametrize(("count", "around"), [(160, 6.0), (48, 2.7)])  # by trees, and one by one
+def test_pairs_are_those_that_a_search_of_all_finds(count: int, around: float) -> None:
     rng = np.random.default_rng(3)
-    place, copy = rng.uniform(-6, 6, (160, 3)), rng.integers(0, 2, 160)
-    reach = 0.05 * 60.0 ** rng.random(160)  # from 5 cm to 3 m
-    i, j = np.triu_indices(160, 1)
+    place, copy = rng.uniform(-around, around, (count, 3)), rng.integers(0, 2, count)
+    reach = 0.05 * 60.0 ** rng.random(count)  # from 5 cm to 3 m
+    i, j = np.triu_indices(count, 1)
     near = (np.linalg.norm(place[i] - place[j], axis=1) < reach[i] + reach[j]) & (copy[i] == copy[j])
     expected = np.stack([i[near], j[near]], axis=1)
     assert len(expected) > 60

@@ -61,11 +61,11 @@ def test_a_scattered_direction_is_as_far_off_as_asked(towards: tuple[float, floa
 
 @pytest.mark.parametrize("towards", TOWARDS)
 def test_bearings_scatter_by_their_noise_in_both_directions(towards: tuple[float, float]) -> None:
-    """4000 packets at 0.7 deg: mean, deviations and correlation within 4 standard errors.
+    """1200 packets at 0.7 deg: mean, deviations and correlation within 4 standard errors.
 
     At 69 deg of elevation azimuths scatter by 1/cos of it, 2.8 times as much: the noise is across the way, not theirs.
     """
-    n, sigma = 4000, np.radians(0.7)
+    n, sigma = 1200, np.radians(0.7)
     device, drawn = port(bearing_noise_deg=0.7), chance()
     found = np.array([direction_of(*reported_bearing(device, drawn, 0, k, towards)) for k in range(n)])
     off = across(found, *towards)
@@ -76,10 +76,10 @@ def test_bearings_scatter_by_their_noise_in_both_directions(towards: tuple[float
 
 
 def test_an_array_is_turned_by_one_and_the_same_angle_in_a_run() -> None:
-    """1500 copies: each a rigid turn, constant over packets, about x, y and z by 0.5, 1.5 and 3 deg (4 standard
+    """600 copies: each a rigid turn, constant over packets, about x, y and z by 0.5, 1.5 and 3 deg (4 standard
     errors); another episode has another one.
     """
-    n, std = 1500, (0.5, 1.5, 3.0)
+    n, std = 600, (0.5, 1.5, 3.0)
     device, drawn = port(alignment_std_deg=std), chance(n)
     axes = [(0.0, 0.0), (np.pi / 2, 0.0), (0.0, np.pi / 2)]
     turns = np.empty((n, 3))
@@ -95,8 +95,8 @@ def test_an_array_is_turned_by_one_and_the_same_angle_in_a_run() -> None:
 
 
 def test_ranges_scatter_by_their_noise_and_stay_positive() -> None:
-    """4000 responses at 0.3 m: mean and deviation within 4 standard errors; nothing is nearer than the array itself."""
-    n, sigma = 4000, 0.3
+    """1500 responses at 0.3 m: mean and deviation within 4 standard errors; nothing is nearer than the array itself."""
+    n, sigma = 1500, 0.3
     device, drawn = port(range_noise_m=sigma), chance()
     off = np.array([reported_range(device, drawn, 0, k, 83.0) - 83.0 for k in range(n)])
     assert abs(off.mean()) < 4 * sigma / np.sqrt(n)

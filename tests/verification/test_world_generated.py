@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -51,6 +52,12 @@ MANY = {
         {"kind": "barrel", "density_per_ha": 10, "min_distance_m": 1.0},
     ),
 }  # fmt: skip
+
+
+@cache
+def many(seed):
+    """The world of MANY, which no test changes."""
+    return build(seed=seed, **MANY)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -166,25 +173,24 @@ def test_the_ground_of_a_world_has_the_spectrum_asked_for(slope):
 @pytest.mark.parametrize("seed", range(10))
 def test_nothing_interpenetrates(seed):
     """No two things' outlines on the ground meet, and nothing stands on a pipe or a cable."""
-    assert overlaps(seed) == []
+    assert overlaps(many(seed)) == []
 
 
 def test_overlaps_would_be_found(monkeypatch):
     """Where places that are taken are given again, things do interpenetrate."""
     monkeypatch.setattr(Places, "free", lambda *_: True)
-    pairs = overlaps(0)
+    pairs = overlaps(build(seed=0, **MANY))
     assert any(isinstance(a, str) for a, _ in pairs)
     assert any(isinstance(a, int) for a, _ in pairs)
 
 
 @pytest.mark.slow
 def test_nothing_interpenetrates_over_a_hundred_seeds():
-    assert [(seed, pair) for seed in range(100) for pair in overlaps(seed)] == []
+    assert [(seed, pair) for seed in range(100) for pair in overlaps(build(seed=seed, **MANY))] == []
 
 
-def overlaps(seed):
+def overlaps(world):
     """Pairs of instances whose convex outlines in plan meet: those are at least as large as the things."""
-    world = build(seed=seed, **MANY)
     things: dict[int, list[np.ndarray]] = {}
     for g in world.geometries:
         if g.name not in ("seabed", "pipeline", "cable", "pipe supports"):
@@ -230,8 +236,8 @@ def _overlap(a, b):
     return True
 
 
-def test_discs_never_touch_over_a_hundred_seeds():
-    for seed in range(100):
+def test_discs_never_touch_over_a_dozen_seeds():
+    for seed in range(12):
         rng = np.random.default_rng(seed)
         places = Places((-40, 40), (-40, 40))
         for _ in range(150):
@@ -242,11 +248,11 @@ def test_discs_never_touch_over_a_hundred_seeds():
 
 
 def test_same_seed_same_bytes_other_seed_other_bytes():
-    assert digest(build(seed=5, **MANY)) == digest(build(seed=5, **MANY))
-    assert digest(build(seed=5, **MANY)) != digest(build(seed=6, **MANY))
+    assert digest(build(seed=5, **MANY)) == digest(many(5))
+    assert digest(many(5)) != digest(many(6))
 
 
-@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("threads", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_same_bytes_in_another_process(threads):
     """Whatever the order of sets there, and the number of threads."""
     code = (
@@ -258,12 +264,12 @@ def test_same_bytes_in_another_process(threads):
     ran = subprocess.run(
         [sys.executable, "-c", code], cwd=root, env={**os.environ, **few}, capture_output=True, text=True
     )
-    assert ran.stdout.strip() == digest(build(seed=5, **MANY)), ran.stderr
+    assert ran.stdout.strip() == digest(many(5)), ran.stderr
 
 
 def test_one_more_kind_moves_nothing_placed_before():
     fewer = build(seed=5, **(MANY | {"objects": MANY["objects"][:4]}))
-    more = build(seed=5, **MANY)
+    more = many(5)
     stones = [[g.vertices.tobytes() for g in w.geometries if g.name == "boulder"] for w in (fewer, more)]
     assert stones[0] == stones[1]
     assert len(stones[0]) > 10

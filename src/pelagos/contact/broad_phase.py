@@ -1,13 +1,14 @@
 """The broad phase of contact: which bodies are so near one another that they may touch.
 
-Bounding spheres first, by k-d trees of places, one for each class of sizes, so that a ship among a thousand small
-vehicles costs what it should; then the boxes about the bodies. Nearly linear in bodies at fixed density. Source:
-C. Ericson, Real-Time Collision Detection (2005), Chapters 4 and 7, doi 10.1201/b14581.
+Bounding spheres first, of many bodies by k-d trees of places, one for each class of sizes, so that a ship among a
+thousand small vehicles costs what it should; then the boxes about the bodies. Nearly linear in bodies at fixed density.
+Source: C. Ericson, Real-Time Collision Detection (2005), Chapters 4 and 7, doi 10.1201/b14581.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from pelagos.math.so3 import rotate_back_np
 
 _CLASS: Final = 2.0  # sizes within one class differ by less than this factor
+_FEW: Final = 48  # bodies all of whose pairs are compared sooner than trees are built
 
 
 @dataclass(frozen=True)
@@ -48,10 +50,28 @@ def close_pairs(
         reach: `(b,)` [m].
         copy: `(b,)`.
     """
+    few = len(position) <= _FEW
+    pairs = _all_pairs(len(position)) if few else _candidates(position, reach, copy)
+    i, j = pairs.T
+    with np.errstate(over="ignore", invalid="ignore"):  # of a body that will not be finite soon
+        near = np.linalg.norm(position[i] - position[j], axis=1) < reach[i] + reach[j]
+    return np.asarray(pairs[near & (copy[i] == copy[j])])
+
+
+@cache
+def _all_pairs(count: int) -> NDArray[np.int64]:
+    """`(k, 2)` rows i < j of so many bodies, in ascending order."""
+    pairs = np.stack(np.triu_indices(count, 1), axis=1).astype(np.int64)
+    pairs.flags.writeable = False
+    return pairs
+
+
+def _candidates(
+    position: NDArray[np.float64], reach: NDArray[np.float64], copy: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Pairs that may be close, and all that are, as `close_pairs` gives them."""
     from scipy.spatial import cKDTree  # a tenth of the time that all imports take
 
-    if len(position) < 2:
-        return np.zeros((0, 2), dtype=np.int64)
     apart = 4.0 * float(reach.max())
     places = np.concatenate([position, copy[:, None] * apart], axis=1)
     size = np.floor(np.log(np.maximum(reach, 1e-9)) / np.log(_CLASS)).astype(np.int64)
@@ -66,9 +86,6 @@ def close_pairs(
             found = trees[b].sparse_distance_matrix(tree, largest[a] + largest[b], output_type="ndarray")
             parts.append(np.stack([classes[b][found["i"]], rows[found["j"]]], axis=1))
     pairs = np.sort(np.concatenate(parts).astype(np.int64), axis=1)
-    i, j = pairs.T
-    near = np.linalg.norm(position[i] - position[j], axis=1) < reach[i] + reach[j]
-    pairs = pairs[near & (copy[i] == copy[j])]
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
 
 
