@@ -60,7 +60,7 @@ def middles(config: InstanceCameraConfig) -> dict[int, NDArray[np.float64]]:
     none = jit.Array3f64(zero, zero, zero)
     motion = Kinematics(jit.Array3f64(zero, zero, zero - 10), jit.Array4f64(zero + 1, zero, zero, zero),
                         none, none, none, none, jit.UInt64(u), u, u + 0, u + 0)  # fmt: skip
-    dr.eval(motion)
+    dr.make_opaque(motion)
     world: Any = SimpleNamespace(waves=None, tide=None)  # and the ocean
     scene = Scene(squares(), copies=1)
     context = SensorContext("auv0.view", 1, 5_000_000, scene, world, world, np.full(1, NO_BODY, np.uint32))
