@@ -54,7 +54,7 @@ def main() -> None:
         table = channel_means(spectra(name).downwelling)
         ends, most = [], []
         for (colour, line), kd, medium in zip(COLOURS.items(), table, media(water), strict=True):
-            depths = np.linspace(0, math.log(1 / LEAST) / kd, 400)
+            depths = np.linspace(0, math.log(1 / LEAST) / kd, 120)
             light = irradiance(medium, depths, sun)
             panel.semilogx(light, depths, color=line, label=colour)
             panel.semilogx(np.exp(-kd * depths), depths, color=line, linestyle="--", linewidth=1)

@@ -225,19 +225,22 @@ OTTER = Reference(
 BY_NAME = {"remus100": REMUS, "torpedo": TORPEDO, "otter": OTTER}
 
 
-def euler_run(
-    reference: Reference, nu_dot: Callable, seconds: float, command: Callable, current=(0, 0, 0), h: float = 0.02
+def euler_runs(
+    reference: Reference, nu_dot: Callable, seconds: float, commands: list[Callable], currents: np.ndarray, h: float
 ) -> np.ndarray:
-    """Rows (eta, nu, actuators) from rest, in the order of Fossen's loop, with accelerations by `nu_dot`.
+    """`(steps, n, columns)` of eta, nu and actuators from rest in Fossen's loop, with accelerations by `nu_dot`, one
+    run for each command; `currents` `(n, 3)`, and `nu_dot` takes and gives rows.
 
     Velocity and actuators by explicit Euler, then the pose at the old attitude with the new velocity.
     """
-    eta, nu, act = np.zeros(6), np.zeros(6), np.zeros(len(reference.lag))
+    n = len(commands)
+    eta, nu, act = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, len(reference.lag)))
     rows = []
     for i in range(round(seconds / h) + 1):
-        rows.append(np.concatenate([eta, nu, act]))
-        new = nu + h * nu_dot(eta, nu, act, np.array(current, float))
-        act = reference.actuators_after(act, np.array(command(i * h), float), h)
-        rates = np.concatenate([rotation(*eta[3:]) @ new[:3], euler_rates(*eta[3:5]) @ new[3:]])
-        eta, nu = eta + h * rates, new
+        rows.append(np.hstack([eta, nu, act]))
+        new = nu + h * nu_dot(eta, nu, act, currents)
+        act = reference.actuators_after(act, np.array([command(i * h) for command in commands], float), h)
+        moving = zip(eta, new, strict=True)
+        rates = [np.concatenate([rotation(*e[3:]) @ v[:3], euler_rates(*e[3:5]) @ v[3:]]) for e, v in moving]
+        eta, nu = eta + h * np.array(rates), new
     return np.array(rows)

@@ -155,6 +155,7 @@ def image() -> bytes:
     return bytes(serialize(IMAGE, make(IMAGE, header=header("rov/camera"), data=PIXELS, **about)))
 
 
+@pytest.mark.slow  # its compiler; `make test-all` installs it. On Cyclone DDS: tests/unit/test_bridge_dds.py
 def test_a_subscriber_in_cpp_reads_every_number_and_pixel(tmp_path: Path) -> None:
     needs("g++", "fastddsgen", "java")
     (tmp_path / "Imu.idl").write_text(IDL)

@@ -508,6 +508,7 @@ def test_the_water_is_set_while_a_run_goes_on(tmp_path: Path) -> None:
             if len(told) == 1:
                 told.append(np.array(sim.stepper.own_current).ravel().tolist())
         peer.reach(sim.time_ns * 1e-9 + 1.0)
+        sim.stop()
 
     exchange, transport = exchange_of(sim, realtime=1.0)
     talk(exchange, transport, script, seconds=15.0, record=tmp_path / "one.mcap")

@@ -34,7 +34,8 @@ class Viewer:
     """What a viewer does: learn the channels, subscribe, decode."""
 
     def __init__(self, port: int) -> None:
-        self.held = client.connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None)
+        self.held = client.connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None,
+                                   close_timeout=0.3)  # fmt: skip
         self.socket = self.held.__enter__()
         self.channels: dict[str, dict[str, Any]] = {}
         self.services: dict[str, dict[str, Any]] = {}

@@ -17,8 +17,7 @@ from pelagos.sensors.camera.picture.exposure_lag import _LONGEST, _MOMENTS
 def diving(height: float, speed: float):
     """Nose down, going forward, that is down."""
     motion = looking_down(height=height)
-    zero = dr.zeros(jit.Float64, 1)
-    return replace(motion, velocity=jit.Array3f64(zero + speed, zero, zero))
+    return replace(motion, velocity=jit.Array3f64(*(dr.opaque(jit.Float64, v) for v in (speed, 0.0, 0.0))))
 
 
 def stops(config: dict, height: float, speed: float, ground: float = -60.0) -> float:

@@ -51,7 +51,7 @@ def ahead(velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Kinematics:
     none = vector((0, 0, 0))
     motion = Kinematics(vector((0, 0, -10)), jit.Array4f64(zero + 1, zero, zero, zero), vector(velocity), none, none,
                         none, jit.UInt64(u), u + 0, u + 0, u + 0)  # fmt: skip
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 
@@ -60,8 +60,8 @@ def row(
     **keys: Any,
 ) -> Any:  # fmt: skip
     """Mean green of the middle rows; `turn` to the left [rad/s]."""
-    zero = dr.zeros(jit.Float64, 1)
-    motion = replace(ahead(own), angular_velocity=jit.Array3f64(zero, zero, zero + turn))
+    spin = jit.Array3f64(*(dr.opaque(jit.Float64, v) for v in (0.0, 0.0, turn)))
+    motion = replace(ahead(own), angular_velocity=spin)
     picture = Camera(CameraConfig(**(KEYS | keys)), context(velocity)).sense(motion).truth[0]
     return picture[40:56, :, 1].astype(float).mean(axis=0)
 

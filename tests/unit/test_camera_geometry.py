@@ -67,7 +67,7 @@ def ahead(
         environment=u + 0,
         copy=u + 0,
     )
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 

@@ -67,7 +67,7 @@ def ahead(*, velocity: Any = (0.0, 0.0, 0.0), spin: Any = (0.0, 0.0, 0.0)) -> Ki
 
     motion = Kinematics(vector((0, 0, -10)), jit.Array4f64(zero + 1, zero, zero, zero), vector(velocity), vector(spin),
                         vector((0, 0, 0)), vector((0, 0, 0)), jit.UInt64(u), u + 0, u + 0, u + 0)  # fmt: skip
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 

@@ -64,7 +64,7 @@ def looking_down(*, copies: int = 1, tick: int = 0, height: float = -5.0, first:
         environment=dr.arange(jit.UInt32, copies) + first,
         copy=dr.arange(jit.UInt32, copies),
     )
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 

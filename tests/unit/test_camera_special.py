@@ -59,7 +59,7 @@ def ahead(*, velocity: Any = (0.0, 0.0, 0.0), height: float = -10.0) -> Kinemati
         u + 0,
         u + 0,
     )
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 

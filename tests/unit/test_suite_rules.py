@@ -1,6 +1,5 @@
 """Rules about tests and source: skips that nobody expects fail, every mutant fits, modules and functions are small."""
 
-import ast
 import importlib
 import os
 import runpy
@@ -10,6 +9,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+
+from definitions import module
 
 pytest_plugins = ("pytester",)
 ROOT = Path(__file__).parents[2]
@@ -103,26 +104,14 @@ def test_some_mutants_are_of_as_many_files_as_there_can_be(monkeypatch):
     assert len(spread(mutants, 9, 0)) == 7
 
 
-def functions(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
-
-
-def positional(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Parameters that can be given without their names."""
-    return len([a for a in (*function.args.posonlyargs, *function.args.args) if a.arg not in ("self", "cls")])
-
-
 def test_modules_and_functions_fit_a_reader():
     modules, long = [], []
     for path in sorted(SOURCE.rglob("*.py")):
-        lines, name = path.read_text(encoding="utf-8").count("\n"), path.relative_to(SOURCE)
-        if lines > LONGEST_MODULE:
-            modules.append(f"{name}: {lines} lines")
-        for function in functions(path):
-            assert function.end_lineno is not None
-            if function.end_lineno - function.lineno + 1 > LONGEST_FUNCTION:
-                long.append(f"{name}: {function.name}")
+        name, found = path.relative_to(SOURCE), module(path)
+        if found.lines > LONGEST_MODULE:
+            modules.append(f"{name}: {found.lines} lines")
+        functions = (d for d in found.definitions if d.positional is not None)
+        long += [f"{name}: {function.name}" for function in functions if function.lines > LONGEST_FUNCTION]
     assert not modules, f"more than {LONGEST_MODULE} lines: which second noun has moved in?"
     assert not long, f"more than {LONGEST_FUNCTION} lines"
 
@@ -131,7 +120,7 @@ def test_more_than_seven_parameters_ask_for_a_struct():
     found = {}
     for path in sorted(SOURCE.rglob("*.py")):
         name = path.relative_to(SOURCE).as_posix()
-        many = sorted(f.name for f in functions(path) if positional(f) > MOST_PARAMETERS)
+        many = sorted(d.name for d in module(path).definitions if (d.positional or 0) > MOST_PARAMETERS)
         if many and not name.startswith(OF_OTHERS):
             found[name] = many
     assert found == {name: sorted(names) for name, names in TAKES_MORE.items()}

@@ -6,6 +6,8 @@ import ast
 import re
 from pathlib import Path
 
+from definitions import module
+
 ROOT = Path(__file__).parents[2]
 QUESTION = re.compile(r"\s*(What|Which|Where|How|Whether|Who|When|Why)\b")
 
@@ -14,19 +16,17 @@ def test_module_docstrings_open_with_a_noun_phrase() -> None:
     """A definition opens with a noun that a stranger understands alone, not with a relative clause."""
     files = [p for folder in ("src", "scripts", "examples") for p in (ROOT / folder).rglob("*.py")]
     assert len(files) > 400
-    words = {p: ast.get_docstring(ast.parse(p.read_text(encoding="utf-8"))) or "" for p in files}
-    assert not [str(p.relative_to(ROOT)) for p, text in words.items() if QUESTION.match(text)]
+    assert not [str(p.relative_to(ROOT)) for p in files if QUESTION.match(module(p).words)]
 
 
 def test_docstrings_open_with_a_noun_phrase() -> None:
     """So do classes and functions; "whether" is how a truth value begins."""
     asked = re.compile(r"(What|Which|Where|How|Who|When|Why)\b")
-    kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
     found = [
-        f"{file.relative_to(ROOT)}: {node.name}"
+        f"{file.relative_to(ROOT)}: {definition.name}"
         for file in (ROOT / "src").rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, kinds) and asked.match(ast.get_docstring(node) or "")
+        for definition in module(file).definitions
+        if asked.match(definition.words)
     ]
     assert not found
 
@@ -83,6 +83,6 @@ def _tolerates(function: str, arguments: list[ast.expr]) -> bool:
 
 def _defined(file: Path) -> set[str]:
     """Names of the functions, classes, methods and fields of a module."""
-    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
-    found = {n.name for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    found = {definition.name for definition in module(file).definitions}
+    nodes = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
     return found | {n.target.id for n in nodes if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}

@@ -132,7 +132,14 @@ def _flow_depth(text: str) -> int:
 
 
 class _Loader(yaml.SafeLoader):
-    """SafeLoader with the scalars of YAML 1.2's core schema."""
+    """SafeLoader with the scalars of YAML 1.2's core schema, that ends in `RecursionError` where brackets are nested
+    deeper than any scenario: it would look far ahead for the end of each."""
+
+    def fetch_flow_collection_start(self, TokenClass: Any) -> None:
+        """A bracket that opens."""
+        if self.flow_level > 4 * MAX_DEPTH:  # between, the values tell which of them lies too deep
+            raise RecursionError
+        super().fetch_flow_collection_start(TokenClass)
 
 
 def _core_schema() -> dict[str, list[tuple[str, re.Pattern[str]]]]:

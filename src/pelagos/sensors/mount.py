@@ -73,7 +73,7 @@ def _turn(config: Mounted) -> Array:
     return jit.Array4f64(*config.q_body_sensor)
 
 
-def pose_after(motion: Kinematics, time: float) -> Kinematics:
+def pose_after(motion: Kinematics, time: float | Array) -> Kinematics:
     """The pose `time` [s] later if the vehicle moves evenly; times and ticks stay."""
     attitude = integrate(motion.attitude, motion.angular_velocity, jit.Float64(time))
     return replace(

@@ -34,7 +34,7 @@ from pelagos.sensors.camera.picture.develop import (
     through_lens,
     unpack_pictures,
 )
-from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
+from pelagos.sensors.camera.picture.exposure_lag import exposure_lag, moments_before
 from pelagos.sensors.camera.picture.lamp_shadow import with_shadows
 from pelagos.sensors.camera.picture.light_shafts import mean_3x3, shaft_squares, shafts_at
 from pelagos.sensors.camera.picture.path_tracing import path_traced
@@ -77,6 +77,7 @@ class Camera:
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
         self._change = ray_change(config) if config.samples > 1 or config.renderer == "reference" else None
+        self._before = moments_before(config) if config.adapts else None
         self._recorded = context.scene.compile(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
@@ -93,12 +94,14 @@ class Camera:
             self._surroundings.arguments(motion, self.config),
             self._vignette,
             self._change,
+            self._before,
             self._keys,
         )
 
     def _kernel(
         self, caster: Caster, lens: Lens, motion: Kinematics, own: Array, light: Lit, vignette: Array,
-        change: RayChange | None, keys: tuple[Key, ...], *, trace: Trace | None = None,
+        change: RayChange | None, before: tuple[Array, ...] | None, keys: tuple[Key, ...], *,
+        trace: Trace | None = None,
     ) -> tuple[Array, ...]:  # fmt: skip
         config, tiling = self.config, self._view.tiling
         ripples = self._surroundings.ripple(config)
@@ -148,7 +151,7 @@ class Camera:
         picture = through_lens(picture, where, tiling, config, vignette, images)
         dr.eval(picture)
         gains = balance(picture, where, tiling, config)
-        lag = exposure_lag(caster, light, ripples, frame) if config.adapts else None
+        lag = None if before is None else exposure_lag(caster, light, ripples, frame, before)
         exposure = exposure_of(picture * gains, where, tiling, config, images, lag)
         return *develop_pictures((picture, gains), exposure, where, frame, keys[0], trace), *exposure
 

@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Pose: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -36,16 +35,22 @@ def numbers(text: str, count: int | None = None) -> NDArray[np.float64]:
 
 def from_quaternion(w: float, x: float, y: float, z: float) -> NDArray[np.float64]:
     """The rotation of a quaternion of any length but zero."""
+    from scipy.spatial.transform import Rotation  # a quarter of the time that all imports take
+
     return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())
 
 
 def from_axis(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
     """A turn about an axis of any length [rad]."""
+    from scipy.spatial.transform import Rotation
+
     return np.asarray(Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix())
 
 
 def from_euler(angles: NDArray[np.float64], order: str) -> NDArray[np.float64]:
     """Turns about x, y, z in this order [rad]: small letters about the turned axes, capitals about the fixed ones."""
+    from scipy.spatial.transform import Rotation
+
     moving = order.islower()  # SciPy writes it the other way round
     return np.asarray(Rotation.from_euler(order.upper() if moving else order.lower(), angles).as_matrix())
 

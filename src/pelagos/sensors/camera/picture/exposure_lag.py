@@ -32,22 +32,37 @@ _LONGEST: Final = 8.0  # [s] that it looks back at most
 _INNER: Final = 95  # lane of a tile that meters for it: in its middle, column 7 and row 7
 
 
-def exposure_lag(caster: Caster, light: Lit, ripples: Ripple, frame: Frame[CameraConfig]) -> Array:
+def moments_before(config: CameraConfig) -> tuple[Array, ...]:
+    """The times of the frame at which the meter looks back, before 0 [s], first the oldest: arrays, so that a kernel
+    serves them all."""
+    step = _step(config)
+    return tuple(dr.opaque(jit.Float64, -k * step) for k in range(_MOMENTS, 0, -1))
+
+
+def _step(config: CameraConfig) -> float:
+    """Time between two moments [s]."""
+    up, down = config.exposure_speed_up_ev_per_s, config.exposure_speed_down_ev_per_s
+    slowest = min(s for s in (up, down) if s is not None)
+    return min(_STOPS / slowest, _LONGEST) / _MOMENTS
+
+
+def exposure_lag(
+    caster: Caster, light: Lit, ripples: Ripple, frame: Frame[CameraConfig], before: tuple[Array, ...]
+) -> Array:
     """By how much the meter's luminance is behind that of the frame, by image [stops]; negative: it still sees less.
 
-    The meter follows the logarithm of luminance at its speed up where the scene grows brighter, and at its speed down
-    where it grows darker [stops/s].
+    `before`, see `moments_before`. The meter follows the logarithm of luminance at its speed up where the scene grows
+    brighter, and at its speed down where it grows darker [stops/s].
     """
     config, tiling = frame.config, frame.tiling
     up, down = config.exposure_speed_up_ev_per_s, config.exposure_speed_down_ev_per_s
-    slowest = min(s for s in (up, down) if s is not None)
-    step = min(_STOPS / slowest, _LONGEST) / _MOMENTS
+    step = _step(config)
     where = _tiles(tiling, frame.images)
     weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
     seen = []
-    for k in range(_MOMENTS, -1, -1):
-        moment = pose_after(frame.motion, -k * step) if k > 0 else frame.motion
-        scenery = scenery_of(caster.tables, light, ripples, moment, config, -k * step)
+    for delay in (*before, None):
+        moment = frame.motion if delay is None else pose_after(frame.motion, delay)
+        scenery = scenery_of(caster.tables, light, ripples, moment, config, 0.0 if delay is None else delay)
         rays = replace(frame, motion=moment).rays(where, scenery.level)
         lamps = light_sources(config, moment, where.image)
         radiance, _ = radiance_along(caster, scenery, rays, where.image, lamps, pixel_angle(config))
@@ -61,7 +76,9 @@ def exposure_lag(caster: Caster, light: Lit, ripples: Ripple, frame: Frame[Camer
         change = now - follows
         change = change if up is None else dr.minimum(change, up * step)
         follows += change if down is None else dr.maximum(change, -down * step)
-    return follows - seen[-1]
+    lag = follows - seen[-1]
+    dr.eval(lag)  # by itself: the picture's kernel serves all speeds
+    return lag
 
 
 def _tiles(tiling: Tiling, images: int) -> Pixels:

@@ -154,7 +154,7 @@ class Surroundings:
 
 
 def scenery_of(
-    tables: HitTables, light: Lit, ripples: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
+    tables: HitTables, light: Lit, ripples: Ripple, motion: Kinematics, config: SensorConfig, delay: float | Array = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
     materials, water, daylit, field, air, ocean, measures, moments = light
@@ -205,7 +205,7 @@ def _suspension(
 def waves_of(
     ripples: tuple[Ripple, Array], ocean: Ocean | None, towards_sun: Array, motion: Kinematics,
     moments: tuple[Array, Array],
-    config: SensorConfig, delay: float = 0.0,
+    config: SensorConfig, delay: float | Array = 0.0,
 ) -> Waves:  # fmt: skip
     """The sea surface around the cameras.
 
