@@ -61,7 +61,7 @@ def looked(water: str, floor: float, height: float, material: str, sun_deg: floa
         jit.Array4f64(zero + math.cos(half), zero, zero + math.sin(half), zero),
         none, none, none, none, jit.UInt64(u), u + 0, u + 0, u + 0,
     )  # fmt: skip
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     found = Camera(config, context).explain(motion)
     return {name: values for name, values, unit in found if unit == "cd/m^2"}
 

@@ -70,7 +70,7 @@ def at(
         environment=dr.arange(jit.UInt32, copies) + first,
         copy=dr.arange(jit.UInt32, copies),
     )
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 

@@ -144,7 +144,7 @@ def picture(geometries: list[Geometry], **camera: Any) -> Any:
         jit.Array3f64(zero, zero, zero - 20), jit.Array4f64(zero + 1, zero, zero, zero), none, none, none, none,
         jit.UInt64(u), u + 0, u + 0, u + 0,
     )  # fmt: skip
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     config = CameraConfig(
         width_px=128, height_px=96, horizontal_fov_deg=60, vignette=0.0, exposure="manual", tone="linear", bits=16,
         shutter_s=0.01, iso=400, ripple=0.0, **camera,

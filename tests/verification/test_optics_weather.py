@@ -162,7 +162,7 @@ def still(height: float, t: float = 1.0) -> Kinematics:
         jit.Array3f64(zero, zero, zero + height), jit.Array4f64(zero + 1, zero, zero, zero), none, none, none, none,
         jit.UInt64(u) + round(t * 1e9), u, u + 0, u + 0,
     )  # fmt: skip
-    dr.eval(motion)
+    dr.make_opaque(motion)  # one kernel serves all poses
     return motion
 
 
