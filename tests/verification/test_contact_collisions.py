@@ -207,7 +207,7 @@ def test_depth_is_that_of_the_surface_and_not_of_the_ray():
     heart = np.array([1.15, 1.0, -9.0])
     sim.set_state("it", position=heart, attitude=(0.9, 0.2, -0.3, 0.25))
     collisions = sim.stepper.contacts._collisions
-    collisions._look()
+    collisions.look()
     name = next(iter(sim.stepper.runs))
     moved = collisions._free(sim.stepper._motions(), {}, {}, H)
     found = collisions._cast(np.array([[0, 1]]), moved, H)

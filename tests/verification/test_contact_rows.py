@@ -76,7 +76,7 @@ def rows_of(places: list[Any], speeds: Any = 0.0) -> Values:
 
 def test_rows_are_agents_by_batch_member_and_copy_and_then_bodies() -> None:
     made, masses = company([standing(BODIES[0], np.zeros((2, 3))), standing(BODIES[1], np.zeros((2, 3)), 1.5)])
-    known = made._look()
+    known = made.look()
     assert (known.agents, dict(known.first), known.bodies) == (6, {"a": 0, "b": 4}, 2)
     kinds = [*[HULLS["a"]] * 4, *[HULLS["b"]] * 2, *[BODIES[0]] * 2, *[BODIES[1]] * 2]
     np.testing.assert_allclose(known.low, [g.vertices.min(axis=0) for g in kinds])
@@ -86,11 +86,11 @@ def test_rows_are_agents_by_batch_member_and_copy_and_then_bodies() -> None:
     np.testing.assert_array_equal(known.fastest, [0.0, 0.0, 1.5, 1.5])
     assert made._shapes is not None
     np.testing.assert_allclose(known.offset, made._shapes.offset[[0, 0, 0, 0, 1, 1, 2, 2, 3, 3]])
-    assert made._look() is known
+    assert made.look() is known
     made._bodies.bodies.pop()
-    assert made._look().bodies == 1
+    assert made.look().bodies == 1
     made._bodies.bodies[0] = standing(BODIES[1], np.zeros((2, 3)))
-    np.testing.assert_allclose(made._look().radius[6:], radius_of(BODIES[1]))
+    np.testing.assert_allclose(made.look().radius[6:], radius_of(BODIES[1]))
     used, turns = np.array([1, 3, 5, 6]), Rotation.random(10, random_state=1)
     found = made._inverse_mass(used, quaternions(turns))
     for row, inverse in zip(used, found, strict=True):

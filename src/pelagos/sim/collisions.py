@@ -74,16 +74,12 @@ class Collisions:
         """There are agents that others can touch, or bodies."""
         return self._bodies.any
 
-    def load(self) -> None:
-        """Load the meshes, which a first look does otherwise."""
-        self._look()
-
     def close(self, rows: Rows, reach: Rows, *, moving_s: float = 0.0) -> NDArray[np.int64]:
         """`(k, 2)` rows of bodies, of which one is an agent, whose spheres of `reach` [m] overlap.
 
         Bodies on a script may go on for `moving_s`.
         """
-        known = self._look()
+        known = self.look()
         places = np.concatenate([row[:, 0:3] for row in rows.values()] + [b.position for b in self._bodies.bodies])
         far = np.concatenate([reach[name] for name in rows] + [known.radius[known.agents :]])
         far[known.agents :] += moving_s * known.fastest
@@ -94,7 +90,7 @@ class Collisions:
     def meeting(self, rows: Rows, reach: Rows) -> set[str]:
         """Batches of which a member's box may meet another body now."""
         pairs = self._near(rows, reach)
-        known = self._look()
+        known = self.look()
         agents = np.unique(pairs[pairs < known.agents])
         ends = {name: first + self._model.batches[name].rows for name, first in known.first.items()}
         return {n for n, first in known.first.items() if ((agents >= first) & (agents < ends[n])).any()}
@@ -125,7 +121,7 @@ class Collisions:
         local = PairContacts(ends[0], ends[1], *(getattr(contacts, n) for n in list(vars(contacts))[2:]))
         inverse = self._inverse_mass(used, moved.attitude)
         impulses = collide(local, Colliding(moved.position[used], moved.velocity[used], moved.spin[used], inverse), h)
-        known = self._look()
+        known = self.look()
         for name, first in known.first.items():
             own = (used >= first) & (used < first + self._model.batches[name].rows)
             if impulses[own].any():
@@ -139,7 +135,7 @@ class Collisions:
         pairs = self.close(rows, reach)
         if not len(pairs):
             return pairs
-        known, b = self._look(), self._bodies.bodies
+        known, b = self.look(), self._bodies.bodies
         position = np.concatenate([row[:, 0:3] for row in rows.values()] + [x.position for x in b])
         attitude = np.concatenate([row[:, 3:7] for row in rows.values()] + [x.attitude for x in b])
         margin = max(float((reach[n] - self._model.batches[n].vehicle.bounding_radius_m).max()) for n in reach)
@@ -171,7 +167,7 @@ class Collisions:
 
     def _cast(self, pairs: NDArray[np.int64], moved: _Moved, h: float) -> PairContacts:
         """Contacts of pairs, by the probes of each agent in them."""
-        known = self._look()
+        known = self.look()
         assert self._shapes is not None
         table = body_table(
             moved.position, moved.attitude, moved.velocity, moved.spin, known.offset, known.radius + _SKIN_M
@@ -202,7 +198,7 @@ class Collisions:
 
     def _inverse_mass(self, used: NDArray[np.int64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
         """`(k, 6, 6)` of rows, in the world frame; 0 for bodies that are no agents."""
-        known, found = self._look(), np.zeros((len(used), 6, 6))
+        known, found = self.look(), np.zeros((len(used), 6, 6))
         for name, first in known.first.items():
             own = (used >= first) & (used < first + self._model.batches[name].rows)
             axes = np.eye(3)
@@ -212,7 +208,7 @@ class Collisions:
             found[own] = both @ self._inverse[name] @ both.transpose(0, 2, 1)
         return found
 
-    def _look(self) -> _Known:
+    def look(self) -> _Known:
         """Find the bodies anew when one came or went."""
         held = tuple(b.geometry for b in self._bodies.bodies)
         if self._known is None or self._held is None or not _same(held, self._held):

@@ -64,7 +64,7 @@ class Contacts:
         self._now.clear()
         self.remembered.clear()
         if self._collisions.any:
-            self._collisions.load()
+            self._collisions.look()
 
     def forget(self, where: NDArray[np.bool_]) -> None:
         """Some copies have touched nothing yet."""
