@@ -33,10 +33,11 @@ Array = NDArray[np.float64]
 MODES: Final = 16  # of azimuth, and moments of the phase function
 PEAK: Final = MEAN_COSINE**MODES  # share of the particles' scattering that counts as unscattered
 _NODES: Final = 7  # Gauss points in each of four ranges of u
-_TURNS: Final = 96  # of azimuth, for the modes of the phase function
+_TURNS: Final = 48  # of azimuth, on one side of the sun, for the modes of the phase function
 _CRITICAL: Final = math.sqrt(1 - REFRACTIVE_INDEX**-2)
 _ORDERS: Final = 400
 _CONVERGED: Final = 1e-5
+_NOTHING: Final = 1e-9  # of a mode: far below what the others lack when they have converged
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class Field:
     def source(self, u: Array) -> Array:
         """J over e^{-K z} for any directions `(k,)`, without the beam's: `(depths, k, MODES)` [cd/m^2 per m]."""
         kernel = _kernel(self.medium, u, self.u) * self.weight
-        light: Array = np.einsum("mkj,djm->dkm", kernel, self.radiance)
+        light = _scattered(kernel, self.radiance)
         light[:, :, 0] += _sky_source(self.medium, self.above, self.depths, u)
         return light
 
@@ -107,10 +108,12 @@ class Field:
         up = self.source(np.abs(u))
         down = self.source(-np.abs(u))
         of_beam = _beam_source(self.medium, self.above, self.depths, -np.abs(u))
-        first = _gathered(self.depths, self.medium, -np.abs(u), of_beam, np.zeros_like(down[0]))[0]
-        from_below = _gathered(self.depths, self.medium, -np.abs(u), down, np.zeros_like(down[0]))
+        nothing = np.zeros_like(down[0])
+        path = _Path(self.depths, self.medium, -np.abs(u))
+        first = path.gathered(of_beam, nothing)[0]
+        from_below = path.gathered(down, nothing)
         mirrored = mirror(np.abs(u))[:, None] * (from_below[0] + first)
-        from_above = _gathered(self.depths, self.medium, np.abs(u), up, mirrored)
+        from_above = _Path(self.depths, self.medium, np.abs(u)).gathered(up, mirrored)
         return np.where((u > 0)[None, :, None], from_above, from_below)
 
 
@@ -133,20 +136,23 @@ def solve(medium: WaterChannel, above: Above, depths: Array) -> Field:
     high = np.concatenate([p[0] for p in parts])
     u = np.concatenate([-high, high])
     weight = np.tile(np.concatenate([p[1] for p in parts]), 2)
-    kernel = _kernel(medium, u, u) * weight  # (MODES, nodes, nodes)
+    kernel = np.ascontiguousarray(_kernel(medium, u, u) * weight)  # (MODES, nodes, nodes)
     below, over = slice(0, len(high)), slice(len(high), None)
     total = np.zeros((len(depths), len(u), MODES))
     source = _beam_source(medium, above, depths, u)
     source[:, :, 0] += _sky_source(medium, above, depths, u)
+    down, up = _Path(depths, medium, u[below]), _Path(depths, medium, u[over])
     reflected = mirror(high)[:, None]
     for _ in range(_ORDERS):
-        light = np.empty_like(total)
-        light[:, below] = _gathered(depths, medium, u[below], source[:, below], np.zeros((len(high), MODES)))
-        light[:, over] = _gathered(depths, medium, u[over], source[:, over], reflected * light[0, below])
-        total += light
-        if np.abs(light).max() < _CONVERGED * np.abs(total).max():
+        light = np.empty_like(source)
+        light[:, below] = down.gathered(source[:, below], np.zeros((len(high), source.shape[2])))
+        light[:, over] = up.gathered(source[:, over], reflected * light[0, below])
+        total[:, :, : light.shape[2]] += light
+        added, brightest = np.abs(light).max(axis=(0, 1)), np.abs(total).max()  # (modes,)
+        if added.max() <= _CONVERGED * brightest:
             break
-        source = np.einsum("mkj,djm->dkm", kernel, light)
+        modes = int(np.flatnonzero(added > _NOTHING * brightest)[-1]) + 1  # high modes end first
+        source = _scattered(kernel[:modes], light[:, :, :modes])
     return Field(depths, u, weight, total, medium, above)
 
 
@@ -167,12 +173,12 @@ def _sky_source(medium: WaterChannel, above: Above, depths: Array, u: Array) -> 
 
 def _kernel(medium: WaterChannel, u: Array, v: Array) -> Array:
     """Integral over azimuth of b P(u, v, psi) cos(m psi): `(MODES, len(u), len(v))` [1/m]."""
-    psi = (np.arange(_TURNS) + 0.5) * (2 * math.pi / _TURNS)
+    psi = (np.arange(_TURNS) + 0.5) * (math.pi / _TURNS)
     across = np.sqrt((1 - u**2)[:, None] * (1 - v**2))
     cosine = (u[:, None] * v)[..., None] + across[..., None] * np.cos(psi)
     spread: Any = medium.molecules * water_molecules(cosine) + medium.particles * _truncated(cosine)
     modes = np.cos(np.arange(MODES)[:, None] * psi) * (2 * math.pi / _TURNS)
-    return np.asarray(np.einsum("uvp,mp->muv", spread, modes))
+    return np.moveaxis(spread @ modes.T, 2, 0)
 
 
 def _truncated(cosine: Array) -> Array:
@@ -191,7 +197,31 @@ def mirror(u: Array) -> Array:
     return np.where(sin2 >= 1, 1.0, 0.5 * (s * s + p * p))
 
 
-def _gathered(depths: Array, medium: WaterChannel, u: Array, source: Array, start: Array) -> Array:
+def _scattered(kernel: Array, light: Array) -> Array:
+    """What `kernel` `(MODES, k, nodes)` makes of light `(depths, nodes, MODES)`: `(depths, k, MODES)`."""
+    made: Array = np.ascontiguousarray(np.moveaxis(light, 2, 0)) @ np.swapaxes(kernel, 1, 2)  # (MODES, depths, k)
+    return np.moveaxis(made, 0, 2)
+
+
+class _Path:
+    """Ways of light through the depths in directions `u` `(k,)` of one sign.
+
+    What comes of a source is linear in it, so that its weights are found once for all orders of scattering.
+    """
+
+    def __init__(self, depths: Array, medium: WaterChannel, u: Array) -> None:
+        every = np.broadcast_to(np.eye(len(depths))[:, None], (len(depths), len(u), len(depths)))
+        weights = _along(depths, medium, u, every, np.zeros((len(u), len(depths))))
+        self._weights = np.ascontiguousarray(weights.transpose(1, 0, 2))  # (k, depths, depths of the source)
+        self._kept = _along(depths, medium, u, np.zeros((len(depths), len(u), 1)), np.ones((len(u), 1)))
+
+    def gathered(self, source: Array, start: Array) -> Array:
+        """Radiance `(depths, k, MODES)` from a source of that shape, and from what comes in `(k, MODES)`."""
+        light: Array = self._weights @ np.ascontiguousarray(source.transpose(1, 0, 2))
+        return light.transpose(1, 0, 2) + self._kept * start
+
+
+def _along(depths: Array, medium: WaterChannel, u: Array, source: Array, start: Array) -> Array:
     """Radiance from directions `u` `(k,)` of one sign, from where light comes in: `(depths, k, MODES)`."""
     h = np.diff(depths)[:, None]
     downward = u[0] > 0
