@@ -198,7 +198,7 @@ def mirror(u: Array) -> Array:
 
 
 def _scattered(kernel: Array, light: Array) -> Array:
-    """What `kernel` `(MODES, k, nodes)` makes of light `(depths, nodes, MODES)`: `(depths, k, MODES)`."""
+    """Light `(depths, nodes, MODES)` that `kernel` `(MODES, k, nodes)` turns: `(depths, k, MODES)`."""
     made: Array = np.ascontiguousarray(np.moveaxis(light, 2, 0)) @ np.swapaxes(kernel, 1, 2)  # (MODES, depths, k)
     return np.moveaxis(made, 0, 2)
 
