@@ -44,9 +44,9 @@ class Clearance:
             vertices = g.vertices
             cells = ((vertices[:, :2] - low) // self.cell).astype(np.int32)
             for start in range(0, len(g.faces), _CHUNK):
-                faces = g.faces[start : start + _CHUNK]
-                corners = cells[faces]  # (f, 3, 2)
-                self._fill(corners.min(axis=1), corners.max(axis=1), vertices[:, 2][faces].max(axis=1))
+                faces = g.faces[start : start + _CHUNK].T  # (3, f): three columns are soon compared, rows of three not
+                at, height = cells[faces], vertices[:, 2][faces]
+                self._fill(at.min(axis=0), at.max(axis=0), height.max(axis=0))
 
     def _fill(self, first: NDArray[np.int32], last: NDArray[np.int32], top: NDArray[np.float64]) -> None:
         ny = self.top.shape[1]

@@ -230,6 +230,9 @@ def _split(
     return np.repeat(merged.vertices, many, axis=0), at.reshape(-1, 3).astype(np.uint32), normals.astype(np.float32)
 
 
+_PAIRS: Final = 1 << 20  # at a time: memory stays small
+
+
 def _creased(
     vertex: NDArray[np.int64],
     rough: NDArray[np.int64],
@@ -241,11 +244,13 @@ def _creased(
     corners = rough[np.argsort(vertex[rough], kind="stable")]  # all corners of a vertex are among them
     first = np.searchsorted(vertex[corners], vertex[rough])
     valence = np.searchsorted(vertex[corners], vertex[rough], side="right") - first
-    own, normal = unit[rough // 3], np.zeros((len(rough), 3))
-    for k in range(int(valence.max(initial=0))):
-        has = valence > k
-        other = corners[np.where(has, first + k, 0)] // 3
-        near = has & (np.einsum("ij,ij->i", unit[other], own) >= limit)
-        normal += np.where(near[:, None], weighted[other], 0.0)
+    normal = np.zeros((len(rough), 3))
+    last = np.cumsum(valence)  # of the pairs of a corner and a face at its vertex
+    for some in np.split(np.arange(len(rough)), np.searchsorted(last, np.arange(_PAIRS, last[-1], _PAIRS))):
+        corner = np.repeat(some, valence[some])
+        turn = np.arange(len(corner)) - np.repeat(np.cumsum(valence[some]) - valence[some], valence[some])
+        other = corners[first[corner] + turn] // 3
+        near = np.einsum("ij,ij->i", unit[other], unit[rough[corner] // 3]) >= limit
+        np.add.at(normal, corner[near], weighted[other[near]])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     return normal
