@@ -8,6 +8,8 @@ import re
 
 import pytest
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: its threads wait for one another busily
+
 from quick_approx import quicken_approx
 from quick_kernels import quicken
 
