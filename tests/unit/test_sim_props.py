@@ -161,7 +161,9 @@ def test_a_recording_holds_where_each_copy_had_it(tmp_path) -> None:
     recording = pl.Recording(tmp_path / "run.mcap")
     for copy in range(2):
         topic = f"/env{copy}/props/crate/odometry"
-        found = {r.t_ns: r.message.pose.pose.position for r in recording.messages(topic)}
+        said = list(recording.messages(topic))
+        found = {r.t_ns: r.message.pose.pose.position for r in said}
+        assert len(found) == len(said)  # one place at the tick at which it is moved
         assert min(found) == 0
         assert max(found) == 1_000_000_000
         for t_ns, place in found.items():

@@ -236,3 +236,18 @@ def test_the_ground_beneath_a_field_is_that_of_its_finest_nodes() -> None:
         assert high[0] <= field.x[-1] < high[0] + 2 * step
         assert high[1] <= field.y[-1] < high[1] + 2 * step
         np.testing.assert_allclose(field.z, made.height(x, y) if step == 4.0 else made.surface(x, y), rtol=1e-12)
+
+
+def test_between_nodes_the_ground_is_bilinear_or_two_triangles() -> None:
+    """By the weights of a cell's four corners; its diagonal goes from the lower corner to the upper one."""
+    made = ground(HIGH)
+    for low, step in ((np.array([-84.0, 52.0]), 4.0), (np.array([33.0, 121.0]), 1.0)):
+        corners = {(i, j): float(made.height(*(low + step * np.array([i, j])))) for i in (0, 1) for j in (0, 1)}
+        assert len({round(z, 3) for z in corners.values()}) == 4
+        for p, q in ((0.2, 0.7), (0.85, 0.35)):
+            x, y = low + step * np.array([p, q])
+            weights = {(i, j): (p if i else 1 - p) * (q if j else 1 - q) for i, j in corners}
+            assert made.height(x, y) == pytest.approx(sum(w * corners[at] for at, w in weights.items()), rel=1e-12)
+            third = (1, 0) if p > q else (0, 1)
+            weights = {(0, 0): 1 - max(p, q), third: abs(p - q), (1, 1): min(p, q)}
+            assert made.surface(x, y) == pytest.approx(sum(w * corners[at] for at, w in weights.items()), rel=1e-12)
