@@ -94,6 +94,16 @@ def test_a_list_that_fits_no_more_is_read_all_the_same(tmp_path, monkeypatch):
         found[1].mutated()
 
 
+@pytest.mark.parametrize("mutation", ["= (", "= 1\nreturn 1", "= 1\n\n        nonlocal message"])
+def test_a_mutant_that_is_no_python_is_told(monkeypatch, mutation):
+    """Though its definition alone is compiled."""
+    monkeypatch.syspath_prepend(ROOT / "scripts/mutants")
+    mutant = importlib.import_module("mutant").Mutant
+    with pytest.raises(SyntaxError):
+        mutant("errors", "errors.py", "self.message = message", f"self.message {mutation}", ()).mutated()
+    assert "other = message" in mutant("errors", "errors.py", "self.message = message", "other = message", ()).mutated()
+
+
 def test_some_mutants_are_of_as_many_files_as_there_can_be(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "scripts/mutants")
     spread = runpy.run_path(str(ROOT / "scripts/mutants/__main__.py"))["spread"]
