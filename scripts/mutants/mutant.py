@@ -11,6 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "src" / "pelagos"
 LISTS = Path(__file__).parent / "lists"
+BETWEEN = ("\n\n", "\n\n\n")  # methods; functions and classes of a module, as the formatter has it
 
 
 class BadMutant(ValueError):
@@ -54,9 +55,23 @@ class Mutant:
             raise BadMutant(f"{self.layer}: {self.file}: {self.text!r} stands there {count} times, not once")
         if self.text == self.mutation:
             raise BadMutant(f"{self.layer}: {self.file}: {self.text!r} is replaced by itself")
+        for between in BETWEEN:
+            try:
+                compile(self._around(source, between), self.file, "exec")
+            except SyntaxError:
+                continue
+            return source.replace(self.text, self.mutation)
         changed = source.replace(self.text, self.mutation)
         compile(changed, self.file, "exec")
         return changed
+
+    def _around(self, source: str, between: str) -> str:
+        """The mutated definition alone, which compiles in a tenth of the time of its module."""
+        place = source.index(self.text)
+        after = place + len(self.text)
+        begin, end = source.rfind(between, 0, place) + 1, source.find(between, after) % len(source)
+        definition = source[begin:place].lstrip("\n") + self.mutation + source[after:end]
+        return f"class _:\n{definition}" if definition.startswith(" ") else definition
 
 
 def read_mutants(layers: tuple[str, ...] = ()) -> Iterator[Mutant]:

@@ -122,7 +122,7 @@ def test_rolling_shutter_leans_the_edge():
 def test_circle_of_confusion():
     """Focused at zf, radius f/(2N) blurs by f_px f/(2N) |1/z - 1/zf| px; an edge deviates by half of that."""
     keys: dict[str, Any] = {
-        "samples": 144,
+        "samples": 64,
         "iso": 10,
         "aperture": 1.4,
         "sensor_width_mm": 36.0,
@@ -140,7 +140,7 @@ def test_circle_of_confusion():
 
 def test_blades_keep_the_area():
     keys: dict[str, Any] = {
-        "samples": 144,
+        "samples": 64,
         "iso": 10,
         "aperture": 1.4,
         "sensor_width_mm": 36.0,

@@ -49,7 +49,7 @@ def wait_for(path: Path, process: subprocess.Popen[str], size: int = 20_000) -> 
 @pytest.mark.parametrize(
     ("signals", "code"),
     [
-        pytest.param([signal.SIGTERM], 143, id="terminate"),
+        pytest.param([signal.SIGTERM], 143, id="terminate", marks=pytest.mark.slow),
         pytest.param([signal.SIGINT] * 3, 130, id="Ctrl-C thrice"),
         pytest.param([signal.SIGHUP], 129, id="hang up", marks=pytest.mark.slow),
     ],
@@ -64,6 +64,7 @@ def test_signals_leave_index_report_and_statistics(small: Path, signals: list[si
     assert process.returncode == code, errors
     assert "Traceback" not in errors
     assert "stopped; everything until here is recorded" in printed
+    assert "mission.mcap" in printed
     assert {p.name for p in Path("out").iterdir()} == {"mission.mcap", "report.html", "stats.json", "scenario.yaml"}
     assert pl.Recording("out/mission.mcap").complete
     assert json.loads(Path("out/stats.json").read_text())["ended"] == "interrupt"

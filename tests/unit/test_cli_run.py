@@ -119,6 +119,7 @@ def test_explain_shows_five_stops_and_one_reading(small: Path, capsys: pytest.Ca
     assert "One reading at 0.5 s" in text
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_ends_the_run_cleanly_and_says_where_it_is_recorded(small: Path) -> None:
     command = [sys.executable, "-m", "pelagos", "run", str(small), "--duration", "100000", "--no-report", "--realtime"]

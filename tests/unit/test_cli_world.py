@@ -44,6 +44,7 @@ def test_statistics_are_printed_without_any_output(scenario: Path, capsys: pytes
     assert "building the world" in captured.err
 
 
+@pytest.mark.usefixtures("small_pictures")
 def test_every_kind_of_output(scenario: Path, tmp_path: Path) -> None:
     names = ("p.png", "r.html", "w.glb", "w.npz", "s.json", "folder")
     outs = [part for name in names for part in ("--out", tmp_path / name)]

@@ -83,6 +83,7 @@ def test_a_file_that_fails_in_the_middle_leaves_the_old_one_and_errors_of_others
     assert [p.name for p in tmp_path.iterdir()] == ["film.mp4"]
 
 
+@pytest.mark.usefixtures("small_pictures")
 @pytest.mark.parametrize("target", ["sheet.png", "world.glb", "page.html", "world.npz", "statistics.json"])
 def test_a_world_that_finds_no_room_leaves_nothing(tmp_path, monkeypatch, capsys, target):
     def give(fresh, path):  # pictures of a sheet and a page lie in a folder of their own first, which has room

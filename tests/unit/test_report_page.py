@@ -98,8 +98,14 @@ def test_statistics_stand_beside_the_page(folder: Path) -> None:
         assert shown in text
 
 
-@pytest.mark.parametrize("kinds", [("imu",), ("depth", "camera"), ("multibeam",), ()])
-def test_sensors_that_are_missing_have_no_section(tmp_path: Path, kinds: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    ("kinds", "drawn"), [(("imu",), False), (("depth", "camera"), False), (("multibeam",), False), ((), True)]
+)
+def test_sensors_that_are_missing_have_no_section(
+    tmp_path: Path, kinds: tuple[str, ...], drawn: bool, request: pytest.FixtureRequest
+) -> None:
+    if not drawn:
+        request.getfixturevalue("no_pictures")
     record(tmp_path / "mission.mcap", kinds=kinds, seconds=4.0)
     render_report(tmp_path, tmp_path / "mission.mcap", Seabed(), {})
     titles = parsed(tmp_path / "report.html").titles

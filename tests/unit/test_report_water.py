@@ -110,17 +110,25 @@ def test_files_and_what_lay_beyond_them_are_reported(mission: Mission, tmp_path:
 
 
 @pytest.mark.parametrize(
-    ("said", "titles"),
+    ("said", "titles", "drawn"),
     [
-        ({}, []),
-        ({"currents": [SHEAR]}, ["Current"]),
-        ({"temperature_c": STRATIFIED}, ["Water along the track"]),
-        ({"currents": [SHEAR], "tracers": {"dye": STRATIFIED}}, ["Current", "Water along the track"]),
+        ({}, [], False),
+        ({"currents": [SHEAR]}, ["Current"], False),
+        ({"temperature_c": STRATIFIED}, ["Water along the track"], False),
+        ({"currents": [SHEAR], "tracers": {"dye": STRATIFIED}}, ["Current", "Water along the track"], True),
     ],
 )
 def test_sections_only_where_the_scenario_has_them(
-    tmp_path: Path, recorded: Path, said: dict[str, Any], titles: list[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    recorded: Path,
+    said: dict[str, Any],
+    titles: list[str],
+    drawn: bool,
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    if not drawn:
+        request.getfixturevalue("no_pictures")
     monkeypatch.setattr(Mission, "scenario", {"ocean": said})
     render_report(tmp_path, recorded, Seabed(), {}, ocean=sea(**said))
     shown = parsed(tmp_path / "report.html").titles

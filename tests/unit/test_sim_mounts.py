@@ -198,8 +198,10 @@ def test_sensors_of_a_craft_stand_where_they_work_unless_they_say_where(vehicle)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sim = pl.Simulation.load(scene)
-        for kind in WATER:
-            assert pl.Simulation.load(boat(kind, vehicle)).scenario.agents["usv"].sensors["it"].position_m[2] < 0
+        below = boat("gps", vehicle)
+        below["agents"]["usv"]["sensors"] = {kind: {"type": kind} for kind in WATER}
+        of_water = pl.Simulation.load(below).scenario.agents["usv"].sensors
+        assert all(of_water[kind].position_m[2] < 0 for kind in WATER)
     for _ in range(20):
         seen = sim.step(ticks=10)["usv"]
         assert {"gps", "ctd", "it"} <= set(seen)

@@ -99,13 +99,13 @@ def test_sensors_see_a_mover_where_it_is_and_how_fast():
 
 def test_a_mover_pushes_a_hull_that_is_in_its_way():
     ram = {"name": "ram", "body": "box", "size_m": 3.0}
-    ram["path"] = {"kind": "waypoints", "points_m": [[0, 8, -10], [0, -8, -10]], "speed_mps": 1.0}
+    ram["path"] = {"kind": "waypoints", "points_m": [[0, 3.5, -10], [0, -8, -10]], "speed_mps": 1.0}
     scenario = {
         "world": {"type": "flat", "depth_m": 30.0, "movers": [ram]},
         "agents": {"rov": {"vehicle": "bluerov2_heavy", "start": {"position_m": [0.0, 0.0, -10.0]}}},
     }
     sim = pl.Simulation.load(scenario)
-    sim.run(9.0)  # its face is at y = 6.5 - 9 = -2.5
+    sim.run(4.5)  # its face is at y = 2 - 4.5 = -2.5
     assert sim.state["rov"].position[0, 1] < -2.3
 
 

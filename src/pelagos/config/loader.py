@@ -103,7 +103,7 @@ def _pruned(built: Any, dumped: Any) -> Any:
     return dumped
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]  # libyaml's, five times as fast
     """Lists of plain values on one line, everything else in block style."""
 
 
