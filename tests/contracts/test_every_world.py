@@ -18,6 +18,7 @@ NEEDS = {
         "resolution_m": 40.0,
     },
     "classic": {"name": "test_world"},
+    "large": {"size_m": [9000, 7000]},
 }
 NAMES = sorted(registry.entries("world", plugins=False))
 

@@ -112,8 +112,11 @@ def test_every_number_and_every_sign_of_a_world_is_heard_as_known(kind: str) -> 
     plain, numbers = digest(made), {"": flat(made)}
     heard: dict[str, bool] = {}
     for at, what, other in moved(WORLDS[kind]):
+        name = f"{kind}.{at}"
+        if what == "double" and heard[name]:
+            continue
         made = built(other)
-        name, found = f"{kind}.{at}", digest(made)
+        found = digest(made)
         if what == "value" and made is not None:
             numbers[at] = flat(made)
         if what == "sign":

@@ -35,11 +35,12 @@ def motion(sim: pl.Simulation, start: Any, t: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", sorted(catalogue_names()))
 def test_modes(name: str) -> None:
+    start = {"position_m": [3.0, -5.0], "heading_deg": 35.0, "depth_m": 0.0 if name in AFLOAT | IN_AIR else 4.0}
+    scenario = {"seed": 3, "tick_rate_hz": 100, "world": {"type": "flat", "depth_m": 60.0}, "ocean": SEA}
+    sim = pl.Simulation.load({**scenario, "agents": {"it": {"vehicle": name, "start": start}}})
     for mode in pl.Vehicle.from_catalogue(name).modes:
-        start = {"position_m": [3.0, -5.0], "heading_deg": 35.0, "depth_m": 0.0 if name in AFLOAT | IN_AIR else 4.0}
-        agent = {"vehicle": name, "control": mode, "start": start}
-        scenario = {"seed": 3, "tick_rate_hz": 100, "world": {"type": "flat", "depth_m": 60.0}, "ocean": SEA}
-        sim = pl.Simulation.load({**scenario, "agents": {"it": agent}})
+        sim.reset()
+        sim.set_mode("it", mode)
         place = (3.0, -5.0, 40.0 if name in IN_AIR else 0.0 if name in AFLOAT else -4.0)
         sim.set_state(
             "it", position=place, attitude=(0.95, 0.06, -0.05, -0.3), velocity=(0.7, -0.2, 0.1),

@@ -61,7 +61,7 @@ def pictures(**lens: Any) -> list[np.ndarray]:
     ocean = lit_ocean("I", 0.8, math.pi)
     scene = Scene(board(), copies=1)
     context = SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
-    config = CameraConfig(width_px=480, height_px=360, horizontal_fov_deg=64, samples=8, vignette=0.0, ripple=0.0,
+    config = CameraConfig(width_px=480, height_px=360, horizontal_fov_deg=64, samples=3, vignette=0.0, ripple=0.0,
                           read_noise_e=0.0, **lens)  # fmt: skip
     camera = Camera(config, context)
     return list(camera.sense(motion()).truth)
