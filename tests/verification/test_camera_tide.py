@@ -61,11 +61,24 @@ def light(ground: float, tide: float, above: float, pitch_deg: float, **camera: 
     return next(values for name, values, _ in found if name == "light at the sensor")
 
 
-@pytest.mark.parametrize("renderer", ["realtime", "reference"])
+POSES = {
+    "floor": (2.0, 60.0),
+    "level": (2.0, 0.0),
+    "roof": (2.0, -60.0),
+    "surface": (5.0, -80.0),
+    "from the air": (10.0, 50.0),
+}
+SLOW = {("level", "realtime"), ("roof", "reference"), ("surface", "reference"), ("from the air", "realtime")}
+
+
 @pytest.mark.parametrize(
-    ("above", "pitch_deg"), [(2.0, 60.0), (2.0, 0.0), (2.0, -60.0), (5.0, -80.0), (10.0, 50.0)],
-    ids=["floor", "level", "roof", "surface", "from the air"],
-)  # fmt: skip
+    ("above", "pitch_deg", "renderer"),
+    [
+        pytest.param(*pose, r, id=f"{name}-{r}", marks=[pytest.mark.slow] if (name, r) in SLOW else [])
+        for r in ("realtime", "reference")
+        for name, pose in POSES.items()
+    ],
+)
 def test_high_water_is_as_dark_as_three_metres_more(renderer: str, above: float, pitch_deg: float):
     """The same rays and the same random numbers; single precision at another height, which now and then sends a path
     another way: half a percent of the mean. Ebb would be three times as bright in red (Kd 0.31 /m)."""

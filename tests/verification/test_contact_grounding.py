@@ -33,7 +33,9 @@ def test_no_probe_of_a_catamaran_starts_between_its_hulls(name):
     assert np.abs(way[low][:, 1]).min() > 0.85 * inner  # propellers reach a little inwards
 
 
-@pytest.mark.parametrize("name", ["otter", "wamv", "surface_vessel"])
+@pytest.mark.parametrize(
+    "name", ["otter", *(pytest.param(n, marks=pytest.mark.slow) for n in ("wamv", "surface_vessel"))]
+)
 def test_a_craft_that_drives_onto_a_beach_stops_there(name):
     """Neither flies nor sinks in: it stops with its keel on the ground."""
     agent = {"vehicle": name, "start": {"position_m": [22, 0], "heading_deg": 0, "depth_m": 0}, "control": "wrench"}

@@ -7,7 +7,7 @@ import pytest
 
 import pelagos as pl
 
-THROWS, SPEED_MPS, SECONDS = 100, 3.0, 5.0
+THROWS, SPEED_MPS, SECONDS = 100, 3.0, 3.0
 SCENARIO = {
     "tick_rate_hz": 200,
     "world": {"type": "harbour"},

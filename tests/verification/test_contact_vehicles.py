@@ -54,7 +54,9 @@ class Drop:
             self.wrenches.append(self.sim.stepper.contact("a")[0] * np.tile(FRD, 2))
 
 
-@pytest.mark.parametrize("name", [n if n in FEW else pytest.param(n, marks=pytest.mark.slow) for n in UNDERWATER])
+@pytest.mark.parametrize(
+    "name", [n if n == "remus100" else pytest.param(n, marks=pytest.mark.slow) for n in UNDERWATER]
+)
 def test_resting_force_is_weight_minus_buoyancy(name):
     """A tenth too heavy, at rest on the bottom after 4 s; the glider rocks on its wings and takes 7: within 0.2 %."""
     vehicle = variant(name, mass=1.0, net=0.1)

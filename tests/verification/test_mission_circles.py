@@ -27,8 +27,15 @@ def off_circle(vehicle: str, leg: dict[str, Any], radius: float, seconds: int) -
     return np.array(found)
 
 
-@pytest.mark.parametrize("way", ["clockwise", "counterclockwise"])
-@pytest.mark.parametrize(("vehicle", "radius", "without"), [("surface_vessel", 20.0, 8.3), ("couguv", 27.0, 4.0)])
+@pytest.mark.parametrize(
+    ("vehicle", "radius", "without", "way"),
+    [
+        ("surface_vessel", 20.0, 8.3, "clockwise"),
+        ("couguv", 27.0, 4.0, "counterclockwise"),
+        pytest.param("surface_vessel", 20.0, 8.3, "counterclockwise", marks=pytest.mark.slow),
+        pytest.param("couguv", 27.0, 4.0, "clockwise", marks=pytest.mark.slow),
+    ],
+)
 def test_an_orbit_has_its_radius(vehicle: str, radius: float, without: float, way: str) -> None:
     """Without the lead the circle lies `without` outside in the mean: lookahead times the tangent of the lag."""
     leg = {"type": "orbit", "center": [0, 0], "radius_m": radius, "turns": 9, "direction": way}
@@ -46,7 +53,9 @@ def test_those_that_cannot_stop_keep_to_a_circle_with_room_for_a_current() -> No
     assert np.abs(off).max() < 0.25 * 20.0
 
 
-@pytest.mark.parametrize(("vehicle", "radius", "way"), [("otter", 2.5, "clockwise"), ("wamv", 4.0, "counterclockwise")])
+@pytest.mark.parametrize(("vehicle", "radius", "way"), [
+    ("otter", 2.5, "clockwise"), pytest.param("wamv", 4.0, "counterclockwise", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_a_craft_that_turns_on_the_spot_slows_down_on_a_small_circle(vehicle: str, radius: float, way: str) -> None:
     """At cruising speed the Otter makes no circle below 6.6 m, the WAM-V none below 11.5 m."""
     leg = {"type": "orbit", "center": [0, 0], "radius_m": radius, "turns": 9, "direction": way}

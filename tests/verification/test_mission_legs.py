@@ -209,7 +209,7 @@ def test_external_navigation_is_what_a_mission_knows():
 @pytest.mark.parametrize(
     ("vehicle", "start", "heading_deg"),
     [
-        ("couguv", [10, 10, -4], -40),
+        pytest.param("couguv", [10, 10, -4], -40, marks=pytest.mark.slow),
         ("otter", [10, 10, 0], 150),
         pytest.param("couguv", [10, 10, -4], 150, marks=pytest.mark.slow),
         pytest.param("otter", [10, 10, 0], -40, marks=pytest.mark.slow),

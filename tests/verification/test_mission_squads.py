@@ -96,6 +96,7 @@ def test_a_checkpoint_keeps_where_each_stands() -> None:
         np.testing.assert_array_equal(mine, theirs)
 
 
+@pytest.mark.slow  # 3 s
 def test_copies_at_different_legs_are_fleets_of_one() -> None:
     made = swarm("remus100", 1)
     auv = made["agents"].pop("auv")
@@ -119,7 +120,7 @@ def test_copies_at_different_legs_are_fleets_of_one() -> None:
 def formation(**keys: Any) -> dict[str, Any]:
     """Two leaders, and a group that follows one or the other, or the member before, each at a place of its own."""
     leader = {"vehicle": "remus100", "mission": CRUISE}
-    behind = {"type": "follow", "seconds": 40}
+    behind = {"type": "follow", "seconds": 20}
     group = {
         "count": 5, "vehicle": "remus100", "start": {"position_m": [-20, 5], "depth_m": 3, "spacing_m": [25, 30]},
         "mission": [CRUISE[0], {**behind, "agent": "one", "offset_m": [-9.0, 7.0, 0.5]}, {"type": "surface"}],
@@ -149,13 +150,13 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_followers_are_a_squad_that_does_what_each_does_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     sim = pl.Simulation.load(formation(), n=2)
-    together, legs = flown(sim, 66)
+    together, legs = flown(sim, 46)
     squads = [squad.members for squad in sim.stepper.missions._squads[1]]
     assert squads == [("one", "two"), tuple(f"auv[{i}]" for i in range(5))]
     assert {task for at in legs for task in at[2:]} == {0, 1, 2, 3}
     assert max(len(set(at[2:])) for at in legs) >= 2  # some followed already, others did not
     alone(monkeypatch)
-    for mine, theirs in zip(together, flown(pl.Simulation.load(formation(), n=2), 66)[0], strict=True):
+    for mine, theirs in zip(together, flown(pl.Simulation.load(formation(), n=2), 46)[0], strict=True):
         np.testing.assert_array_equal(mine, theirs)
 
 
@@ -208,18 +209,18 @@ def test_a_crew_of_estimators_knows_what_each_would_know_alone(monkeypatch: pyte
     def flight() -> tuple[list[np.ndarray], list[int]]:
         sim = pl.Simulation.load(estimated(), n=2)
         seen, crews = [], []
-        for second in range(9):
-            sim.step(ticks=20)
-            if second == 4:
+        for second in range(7):
+            sim.step(ticks=10)
+            if second == 3:
                 sim.reset(where=np.array([False, True]))
-            if second == 6:
+            if second == 5:
                 kept = sim.checkpoint()
                 sim.step(ticks=7)
                 sim.restore(kept)
             seen += [np.concatenate([s.position, s.attitude], axis=1) for s in sim.state.values()] + known(sim)
             sim.step(ticks=1)
             crews.append(len(set(sim.stepper.missions._crews[1].values())))
-            sim.step(ticks=19)
+            sim.step(ticks=9)
         return seen, crews
 
     together, crews = flight()

@@ -251,6 +251,7 @@ def test_the_estimator_is_consistent_over_a_hundred_seeds():
     assert within > 0.99
 
 
+@pytest.mark.slow  # 4 s
 def test_a_copy_of_a_fleet_navigates_as_alone_and_from_a_checkpoint():
     """The same bytes; the checkpoint is taken between two calls of guidance."""
     fleet = pl.Simulation.load(scenario(lap(4)), n=3, seed=3)
@@ -269,6 +270,7 @@ def test_a_copy_of_a_fleet_navigates_as_alone_and_from_a_checkpoint():
     assert (errors(again)[0] == errors(fleet)[0]).all()
 
 
+@pytest.mark.slow  # 5 s
 def test_a_mission_goes_by_what_is_known():
     """Three metres of uncertainty at the start lead every copy to another place, by as much as it is wrong."""
     sensors = {k: v for k, v in SENSORS.items() if k != "gps"}

@@ -63,7 +63,7 @@ def test_what_is_lost_of_net_irradiance_is_absorbed(medium: WaterChannel, toward
     assert net[0] - net[-1] == pytest.approx(medium.absorption * trapezoid(scalar, depths), rel=1e-3)
 
 
-@pytest.mark.parametrize("ratio", [2.0, 4.0, 8.0])
+@pytest.mark.parametrize("ratio", [2.0, 4.0, pytest.param(8.0, marks=pytest.mark.slow)])
 def test_deep_light_falls_at_the_rate_of_the_slowest_mode(ratio: float):
     """Asymptotic attenuation: the greatest eigenvalue 1 / k of the moments' three-term recurrence,
 

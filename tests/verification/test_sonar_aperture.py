@@ -73,7 +73,7 @@ class TestGhosts:
     def raw():
         """A box of 0.1 m 10 m to the side, passed in steps of a quarter of the element: places and pings."""
         config = SyntheticApertureSonarConfig(
-            range_min_m=9.5, range_max_m=11.5, bins=160, rays=25600, rate_hz=20.0, depression_deg=0.0, doppler=False,
+            range_min_m=9.5, range_max_m=11.5, bins=160, rays=12800, rate_hz=20.0, depression_deg=0.0, doppler=False,
             vertical_beamwidth_deg=2.0, self_noise_db=-200.0,
         )  # fmt: skip
         s = SyntheticApertureSonar(config, context([box((0.0, 10.05, DEEP), (0.1, 0.1, 0.1))]))

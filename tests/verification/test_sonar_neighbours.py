@@ -340,7 +340,9 @@ def test_sonars_that_are_moved_together_are_heard_each():
     assert np.isfinite(sim.observe("c", (15, 10, -25))["sonar"].data).all()
 
 
-@pytest.mark.parametrize("hears", ["others", ["auv[1].imaging", "lone.head", "auv[0].head"]])
+@pytest.mark.parametrize(
+    "hears", [pytest.param("others", marks=pytest.mark.slow), ["auv[1].imaging", "lone.head", "auv[0].head"]]
+)
 def test_sonars_of_a_group_that_hear_others_read_in_one_call_what_each_reads_alone(hears, monkeypatch):
     """To the byte, in every copy: vehicles out of one another's sight, at different distances; heads that turn."""
     imaging = {"type": "imaging_sonar", "rate_hz": 5, "beams": 24, "bins": 150, "range_max_m": 25.0, "hears": hears}

@@ -168,7 +168,12 @@ class TestDvl:
         return np.sqrt(((speed - mean[:, None]) ** 2 * weight).sum(axis=1) / weight.sum(axis=1))
 
     @pytest.mark.parametrize(
-        "motion", [{"velocity": (1.5, 0.3, -0.1)}, {"velocity": (-2.0, 1.0, 0.4)}, {"angular_velocity": (0, 0, 0.5)}]
+        "motion",
+        [
+            pytest.param({"velocity": (1.5, 0.3, -0.1)}, marks=pytest.mark.slow),
+            {"velocity": (-2.0, 1.0, 0.4)},
+            {"angular_velocity": (0, 0, 0.5)},
+        ],
     )
     def test_pairs_tell_the_speed_along_each_beam(self, motion):
         """Means of 120 pings, 4 standard deviations of 1 cm/s, with a lever arm of 2 m. Steeper parts of a beam are
@@ -203,7 +208,7 @@ class TestDvl:
         assert truth == pytest.approx(np.tile(axes @ [-0.9, 1.2, 0.0], (3, 1)), abs=0.05)
         assert measured == pytest.approx(truth, abs=4 * 0.01 + 0.003 * 1.5)
 
-    @pytest.mark.parametrize("altitude", [3.0, 12.0, 25.0])
+    @pytest.mark.parametrize("altitude", [3.0, 12.0, pytest.param(25.0, marks=pytest.mark.slow)])
     def test_at_rest_they_are_as_sure_as_the_sheet_and_the_published_speeds(self, altitude):
         """The echo is strong; at 3 m it is a handful of samples, for which the phase's variance is above its limit."""
         config = DvlConfig(iq=True)
