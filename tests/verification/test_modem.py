@@ -296,7 +296,6 @@ def comparable(packets: dict[str, list[Any]]) -> list[str]:
     return [repr(p) for name in sorted(packets) for p in packets[name]]
 
 
-@pytest.mark.slow  # 4 s
 def test_same_seed_same_packets_in_steps_blocks_fleets_and_from_a_checkpoint() -> None:
     one, other = (pl.Simulation.load(beacons()) for _ in range(2))
     packets = comparable(listen(one, 12.0)[0])

@@ -96,7 +96,6 @@ def test_pure_aloha(load: float) -> None:
     assert expected == pytest.approx(float(aloha_throughput(load)), rel=0.2)
 
 
-@pytest.mark.slow  # 5 s
 @pytest.mark.parametrize("load", [1.0])
 def test_slotted_aloha(load: float) -> None:
     """G (1 - G/N)^(N - 1), which is G e^{-G} for many stations."""
