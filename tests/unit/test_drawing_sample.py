@@ -56,9 +56,9 @@ def test_values_are_painted_from_low_to_high_and_what_is_none_black() -> None:
 
 
 def test_reflectances_are_shown_by_the_curve_of_srgb() -> None:
-    """IEC 61966-2-1: 0.001 is 0.01292 and a half 0.7354."""
-    assert display([[-1.0, 0.001, 0.5], [0.0031308, 1.0, 7.0]]) == pytest.approx(
-        np.array([[0.0, 0.01292, 0.735357], [0.04045, 1.0, 1.0]]), abs=1e-5
+    """IEC 61966-2-1: 0.001 is 0.01292, a hundredth 0.09985 and a half 0.7354."""
+    assert display([[-1.0, 0.001, 0.5], [0.0031308, 1.0, 7.0], [0.01, 0.02, 0.03]]) == pytest.approx(
+        np.array([[0.0, 0.01292, 0.735357], [0.04045, 1.0, 1.0], [0.099853, 0.151701, 0.189744]]), abs=1e-5
     )
 
 
