@@ -189,10 +189,10 @@ def test_flow_separates_on_both_sides():
 
 
 def test_parts_of_a_section_under_water_run_from_port_to_starboard():
-    loop = np.array([[2.0, 1.0], [2.0, -3.0], [-1.0, -2.0], [-1.0, 2.0]])
+    loop = np.array([[3.0, 1.0], [2.0, -3.0], [-1.0, -2.0], [-1.6, 1.0]])
     for points in (loop, loop[::-1], np.roll(loop, 2, axis=0)):
         (run,) = stations._under_water(points)
-        assert run == pytest.approx(np.array([[-1.0, 0.0], [-1.0, -2.0], [2.0, -3.0], [2.0, 0.0]]))
+        assert run == pytest.approx(np.array([[-1.4, 0.0], [-1.0, -2.0], [2.0, -3.0], [2.75, 0.0]]))
 
 
 def test_active_probes_stand_first_in_their_vehicles_block():
@@ -239,7 +239,7 @@ def test_valid_range_of_packed_values():
 
 
 def test_two_axes_across_a_direction():
-    n = np.array([[0.36, -0.48, 0.8], [0.36, -0.48, -0.8], [-0.6, 0.0, -0.8]]).T
+    n = np.array([[0.36, -0.48, 0.8], [0.36, -0.48, -0.8], [0.0, 0.0, -1.0]]).T
     one, two = (a.numpy() for a in directions._across(jit.Array3f(n)))
     frame = np.stack([one, two, n])
     assert np.einsum("aik,bik->kab", frame, frame) == pytest.approx(np.tile(np.eye(3), (3, 1, 1)), abs=1e-6)
