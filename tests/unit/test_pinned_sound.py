@@ -110,8 +110,16 @@ def test_arcs_of_circles() -> None:
 
 def test_a_ray_meets_a_slope_where_its_circle_first_cuts_it() -> None:
     """Bent up, down and not at all; slopes of both signs; from level and from above; one turns before."""
-    cases = [(2e-4, 0.3, 0.02, 90.0), (-3e-4, 0.15, -0.05, 60.0), (0.0, 0.25, 0.08, 40.0), (0.0, 0.1, -0.2, 25.0),
-             (4e-4, 0.2, 0.0, 90.0), (-5e-4, -0.1, 0.03, 30.0), (3e-4, -0.1, -0.06, 20.0), (0.0, 0.1, 0.3, 20.0)]  # fmt: skip
+    cases = [
+        (2e-4, 0.3, 0.02, 90.0),
+        (-3e-4, 0.15, -0.05, 60.0),
+        (0.0, 0.25, 0.08, 40.0),
+        (0.0, 0.1, -0.2, 25.0),
+        (4e-4, 0.2, 0.0, 90.0),
+        (-5e-4, -0.1, 0.03, 30.0),
+        (3e-4, -0.1, -0.06, 20.0),
+        (0.0, 0.1, 0.3, 20.0),
+    ]
     bend, sine, slope, height = np.array(cases).T
     depth0 = 17.0
     found = _to_bottom(
@@ -147,7 +155,7 @@ def test_levels_and_columns_of_layered_water() -> None:
 
 
 def test_an_edge_factor_is_the_integral_of_the_way_over_the_side() -> None:
-    """Over the side by quadrature: wide within 2 x 2e-3 of Fresnel's integrals, narrow within a plane wave's (0.8 %)."""
+    """Over the side by quadrature: wide within 2 x 2e-3 of Fresnel's integrals, narrow within waves' (0.8 %)."""
     for low, high, slope, r, wave in [
         (-0.3, 0.5, 0.1, 7.0, 0.05),
         (0.1, 0.9, -0.2, 4.0, 0.1),
@@ -281,7 +289,7 @@ def test_shares_of_a_beam() -> None:
 
 
 def test_phases_between_half_beams_cross_zero_where_a_line_through_them_does() -> None:
-    """By NumPy's weighted fit, twice: ramps of both signs, phases that wrap, samples below the gate; too few of them."""
+    """By NumPy's weighted fit, twice: ramps of both signs, phases that wrap, samples below the gate; too few."""
     samples, spacing, resolution = 60, 0.05, 0.08
     rng = np.random.default_rng(4)
     start, crossing, slope = np.array([20.0, 31.0, 9.0]), np.array([27.3, 33.8, 30.0]), np.array([0.09, -0.13, 0.1])
