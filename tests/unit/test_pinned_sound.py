@@ -110,7 +110,7 @@ def test_arcs_of_circles() -> None:
 
 def test_a_ray_meets_a_slope_where_its_circle_first_cuts_it() -> None:
     """Bent up, down and not at all; slopes of both signs; from level and from above; one turns before."""
-    cases = [
+    cases = [  # bend, sine, slope, height
         (2e-4, 0.3, 0.02, 90.0),
         (-3e-4, 0.15, -0.05, 60.0),
         (0.0, 0.25, 0.08, 40.0),
@@ -155,7 +155,7 @@ def test_levels_and_columns_of_layered_water() -> None:
 
 
 def test_an_edge_factor_is_the_integral_of_the_way_over_the_side() -> None:
-    """Over the side by quadrature: wide within 2 x 2e-3 of Fresnel's integrals, narrow within waves' (0.8 %)."""
+    """Over the side by quadrature: wide within 2 x 2e-3 of Fresnel's integrals, narrow within a plane wave's."""
     for low, high, slope, r, wave in [
         (-0.3, 0.5, 0.1, 7.0, 0.05),
         (0.1, 0.9, -0.2, 4.0, 0.1),
@@ -297,7 +297,7 @@ def test_phases_between_half_beams_cross_zero_where_a_line_through_them_does() -
     phase = slope[:, None] * (k - crossing[:, None]) + rng.normal(0.0, 0.15, (3, samples))
     size = rng.uniform(0.7, 1.5, (3, samples))
     size[:, ::7] = 0.05
-    size[2, np.abs(k - 30) > 1.4] = 0.05  # three samples alone
+    size[2, np.abs(k - 30) > 1.6] = 0.05  # three samples alone
     half = 0.5 * size * np.exp(0.5j * phase)
     parts = np.stack([half.real, half.imag, half.real, -half.imag], axis=-1)
     series = bottom_detection.Series(*(jit.Float(v.astype(np.float32).ravel()) for v in (
@@ -349,11 +349,11 @@ def test_places_are_folded_at_both_ends_and_tables_read_between_angles() -> None
     angle = np.radians([10.2, 45.25, 90.0, 0.0])
     found = np.array(_by_angle(jit.Float(table), u32(0, 1, 1, 1), jit.Float(np.sin(angle))))
     at = 1000.0 + 0.5 * (90**2 + 91**2)
-    assert found == pytest.approx([2 * 20.4, at, 1000.0 + 180**2, 1000.0], rel=2e-4)
+    assert found == pytest.approx([2 * 20.4, at, 1000.0 + 180**2, 1000.0], rel=1e-5)
 
 
 def test_the_loudest_known_sample_and_the_rough_part_of_a_sphere() -> None:
-    signal = jit.Float([9, 9, 1, 2, -3, 1, 0.5, -2.5, 8, 8])  # of five pairs, those from 1 on and three of them
+    signal = jit.Float([9, 9, 1, 2, -3, 1, 0.5, -3.1, 8, 8])  # of five pairs, those from 1 on and three of them
     taps = [jit.Int32([k, k - 3]) for k in (-1, 0, 1, 2, 3)]
     real, imaginary = _loudest(signal, u32(1, 1), u32(3, 3), taps)
     assert np.array(real).tolist() == [-3, 1]
@@ -394,7 +394,8 @@ def test_keys_at_their_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     burst = {"frequency_hz": 1e4, "bandwidth_hz": 1000.0, "pulse_s": 0.001}
     conflicts.check_burst(fake(**burst, pulse="cw"))
     conflicts.check_burst(fake(**burst | {"pulse_s": 0.0009995}, pulse="chirp"))
-    for wrong, told in [({"pulse_s": 0.002, "pulse": "cw"}, "500 Hz"), ({"pulse_s": 0.0005, "pulse": "cw"}, "2000 Hz"),
+    for wrong, told in [({"pulse_s": 0.002, "pulse": "cw"}, "500 Hz: give that"),
+                        ({"pulse_s": 0.0005, "pulse": "cw"}, "2000 Hz: give that"),
                         ({"pulse_s": 0.0008, "pulse": "chirp"}, "pulse_s of 0.001 or more"),
                         ({"bandwidth_hz": 2e4, "pulse": "chirp"}, "less than 20000")]:  # fmt: skip
         with pytest.raises(ValueError, match=told):
