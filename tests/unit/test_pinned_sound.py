@@ -394,7 +394,7 @@ def test_keys_at_their_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     burst = {"frequency_hz": 1e4, "bandwidth_hz": 1000.0, "pulse_s": 0.001}
     conflicts.check_burst(fake(**burst, pulse="cw"))
     conflicts.check_burst(fake(**burst | {"pulse_s": 0.0009995}, pulse="chirp"))
-    for wrong, told in [({"pulse_s": 0.002, "pulse": "cw"}, "500 Hz: give that"),  # noqa: E501
+    for wrong, told in [({"pulse_s": 0.002, "pulse": "cw"}, "500 Hz: give that"),
                         ({"pulse_s": 0.0005, "pulse": "cw"}, "2000 Hz: give that"),
                         ({"pulse_s": 0.0008, "pulse": "chirp"}, "pulse_s of 0.001 or more"),
                         ({"bandwidth_hz": 2e4, "pulse": "chirp"}, "less than 20000")]:  # fmt: skip
