@@ -1,4 +1,4 @@
-"""Kernels that compile in a quarter of the time: half of what the tests take on an empty cache is to compile.
+"""Kernels that compile in a fraction of the time: half of what the tests take on an empty cache is to compile.
 
 Nothing of it changes what is computed, but for sums over lanes, which eight take in another order than sixteen.
 """
@@ -22,8 +22,11 @@ LANES: Final = "8"  # those of AVX2, as most laptops have it
 THREADS: Final = 1  # most kernels of tests are small: several threads would only wait for one another
 OPTIONS: Final = (b"tests", b"-optimize-regalloc=false")
 """Registers are given block by block, without looking far ahead."""
-PASSES: Final = b"default<O2>"  # that Dr.Jit asks LLVM for; what it hands over is free of repetitions and dead code
-FEWER: Final = b"default<O0>"
+LIGHTER: Final = (
+    (b"default<O2>", b"default<O0>"),  # passes: what Dr.Jit hands over is free of repetitions and dead code
+    (b'"no-stack-arg-probe"', b"noinline optnone    "),  # on a function: instructions are chosen without looking around
+)
+"""What Dr.Jit asks LLVM for, and what tests ask for, letter by letter in its place."""
 ALIGNED: Final = 128  # bytes, those of sixteen doubles
 _GET_HANDLER, _SET_HANDLER = 305, 304  # in the table of NumPy's C API
 _NAME: Final = ctypes.create_string_buffer(b"mem_handler")  # a capsule keeps only where it lies
@@ -60,7 +63,8 @@ def quicken() -> None:
         import drjit as dr
 
         if sys.platform == "linux":
-            replace_text("libdrjit-core", PASSES, FEWER)
+            for usual, lighter in LIGHTER:
+                replace_text("libdrjit-core", usual, lighter)
         if "PELAGOS_THREADS" not in os.environ:
             dr.set_thread_count(THREADS)
 
@@ -73,7 +77,7 @@ def replace_text(library: str, text: bytes, by: bytes) -> None:
         if library not in line or " r--p " not in line:
             continue
         start, end = (int(address, 16) for address in line.split()[0].split("-"))
-        place = ctypes.string_at(start, end - start).find(text + b"\0")
+        place = ctypes.string_at(start, end - start).find(text)
         if place >= 0:
             protect = ctypes.CDLL(None).mprotect
             protect.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
