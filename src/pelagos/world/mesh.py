@@ -16,6 +16,10 @@ from pelagos.raycast.geometry import Geometry
 _HASH: Final = np.array([0x9E3779B97F4A7C1, 0x42B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.int64)
 
 
+_GRID_M: Final = 2.0**-30  # of what is cut, a nanometre: the last digit of a sine chooses no other triangles
+_DOUBT_DEG: Final = 1e-4  # edges of exactly the crease are flat enough, whichever way a processor rounds
+
+
 @dataclass(frozen=True)
 class Mesh:
     """Triangles, counter-clockwise seen from outside.
@@ -86,14 +90,19 @@ class Mesh:
         return len(edges) > 0 and bool(np.array_equal(forward, backward))
 
     def merged(self, tolerance: float = 1e-7) -> Mesh:
-        """With vertices nearer than about `tolerance` [m] made one, and faces without area removed."""
+        """With vertices nearer than about `tolerance` [m] made one, in the order in which they first stand, and faces
+        without area removed.
+        """
         if self.welded:
             return self
         cells = np.round(self.vertices / tolerance).astype(np.int64)
         _, first, inverse = np.unique(cells @ _HASH, return_index=True, return_inverse=True)
-        faces = inverse.reshape(-1)[self.faces]
+        kept = np.zeros(len(cells), dtype=bool)
+        kept[first] = True
+        place = np.cumsum(kept) - 1
+        faces = place[first][inverse.reshape(-1)][self.faces]
         good = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-        return Mesh(self.vertices[first], faces[good].astype(np.uint32), welded=True)
+        return Mesh(self.vertices[kept], faces[good].astype(np.uint32), welded=True)
 
     def geometry(
         self,
@@ -161,7 +170,8 @@ def _to_manifold(mesh: Mesh) -> Any:
     import manifold3d
 
     merged = mesh.merged()
-    solid = manifold3d.Manifold(manifold3d.Mesh64(merged.vertices, merged.faces.astype(np.uint64)))
+    places = np.round(merged.vertices / _GRID_M) * _GRID_M
+    solid = manifold3d.Manifold(manifold3d.Mesh64(places, merged.faces.astype(np.uint64)))
     if solid.status() != manifold3d.Error.NoError:
         raise WorldError(
             f"a mesh of {len(mesh.faces)} faces is not a closed solid ({solid.status()}): it cannot be cut or united"
@@ -194,7 +204,7 @@ def smooth(mesh: Mesh, crease_deg: float) -> tuple[NDArray[np.float64], NDArray[
     if not creased.any():
         return merged.vertices, merged.faces, mean.T.astype(np.float32)
     means, weighted, units = (np.ascontiguousarray(columns.T) for columns in (mean, areas, unit))
-    return _split(merged, creased, means, weighted, units, np.cos(np.radians(crease_deg)))
+    return _split(merged, creased, means, weighted, units, np.cos(np.radians(crease_deg + _DOUBT_DEG)))
 
 
 def _areas(mesh: Mesh) -> NDArray[np.float64]:
