@@ -13,7 +13,9 @@ from typing import Any, Final
 import numpy as np
 import pytest
 from matplotlib.collections import Collection, QuadMesh
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 from matplotlib.quiver import Quiver
 from numpy.typing import NDArray
 
@@ -181,6 +183,14 @@ def _place(text: Any) -> list[float]:
     return [float(v) for v in (getattr(text, "xy", None) or text.get_position())]
 
 
+def _reach(path: Path) -> NDArray[np.float64]:
+    """Length of a level's lines, and its moments about both axes: how many corners they have differs by processors."""
+    lines = [np.asarray(line) for line in path.to_polygons(closed_only=False)]
+    steps = np.concatenate([np.zeros((0, 2)), *(np.diff(line, axis=0) for line in lines)])
+    middles = np.concatenate([np.zeros((0, 2)), *((line[1:] + line[:-1]) / 2 for line in lines)])
+    return np.linalg.norm(steps, axis=1) @ np.column_stack([np.ones(len(middles)), middles])
+
+
 def _collection(c: Collection) -> dict[str, list[Any]]:
     if isinstance(c, Quiver):
         return {
@@ -193,7 +203,9 @@ def _collection(c: Collection) -> dict[str, list[Any]]:
         found["range"] = [np.array(_limits(c.get_clim()), dtype=float)]
     if isinstance(c, QuadMesh):
         return found | {"mesh": [c.get_coordinates()]}
+    paths = c.get_paths()
+    lines = {"contours": [_reach(path) for path in paths]} if isinstance(c, ContourSet) else {}
     return found | {
-        "shapes": [path.vertices for path in c.get_paths()],
+        **(lines or {"shapes": [path.vertices for path in paths]}),
         "colours": [np.ravel(c.get_facecolor()), np.ravel(c.get_edgecolor())],
     }

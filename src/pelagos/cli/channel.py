@@ -95,7 +95,7 @@ def _print(made: Any, ends: tuple[str, str]) -> None:
     angles = "phase\n[deg]", "leaves\n[deg]", "arrives\n[deg]"
     for head in ("delay\n[ms]", "loss\n[dB]", *angles, "surface", "bottom", "Doppler"):
         table.add_column(escape(head), no_wrap=True, justify="right")
-    for k in np.argsort(a.delay)[:_ROWS]:
+    for k in np.argsort(a.delay, kind="stable")[:_ROWS]:
         table.add_row(
             f"{1e3 * a.delay[k]:.4f}", "blocked" if a.blocked[k] else f"{a.loss_db[k]:.1f}",
             f"{np.degrees(a.phase[k]):.0f}",

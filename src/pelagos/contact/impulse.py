@@ -113,7 +113,7 @@ def _collide_island(
 ) -> None:
     moves = np.asarray(bodies.inverse_mass.any(axis=(1, 2)))
     rows = np.unique(np.concatenate([contacts.first, contacts.second]))
-    rows = rows[np.argsort(rank[rows])]
+    rows = rows[np.argsort(rank[rows], kind="stable")]
     dynamic, fixed = rows[moves[rows]], rows[~moves[rows]]
     if not len(dynamic):
         return

@@ -167,7 +167,7 @@ def vehicle_figure(vehicle: Any) -> Figure:
     FigureCanvasAgg(drawn)
     for axes, across, up, sight in zip(drawn.subplots(2, 1), (0, 0), (2, 1), ([0, 1, 0], [0, 0, 1]), strict=True):
         towards = np.array(sight, dtype=np.float64)
-        order = np.argsort(corners.mean(axis=1) @ towards)
+        order = np.argsort(corners.mean(axis=1) @ towards, kind="stable")
         light = 0.4 + 0.6 * np.clip(normal[order] @ ((_SUN * [1, -1, 1] + towards) / 1.9), 0, 1)
         faces = PolyCollection(
             list(corners[order][:, :, [across, up]]), facecolors=np.clip(albedo[order] * light[:, None], 0, 1),

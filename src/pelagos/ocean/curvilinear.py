@@ -334,7 +334,7 @@ def _depths(data: Any, path: Path, variable: Any, time: str | None) -> Values:
 def _even_levels(z: Values) -> Values:
     """Depths that are as close as the levels of the deepest, the middle and the shallowest column."""
     columns = np.moveaxis(-z[0], 0, -1).reshape(-1, z.shape[1])
-    order = np.argsort(columns.max(axis=1))
+    order = np.argsort(columns.max(axis=1), kind="stable")
     chosen = columns[order[[0, len(order) // 4, len(order) // 2, -1]]]
     depth = np.unique(np.round(np.maximum(chosen, 0.0), 3))
     apart = np.concatenate([[True], np.diff(depth) > 1e-3 * max(depth[-1], 1.0)])

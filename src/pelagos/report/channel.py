@@ -45,7 +45,7 @@ def _draw_section(drawn: Any, section: Any, channel: Channel, made: Field, a: Ch
     drawn.colorbar(shown, ax=section, label=f"loss at {channel.frequency_hz / 1e3:g} kHz [dB re 1 m]", pad=0.01)
     bottom = channel.section.bottom_at(made.x)
     section.fill_between(made.x * x_unit, bottom, made.depth[-1], color="#8a7a63", linewidth=0)
-    loudest = np.argsort(a.loss_db)[:_RAYS]
+    loudest = np.argsort(a.loss_db, kind="stable")[:_RAYS]
     if len(loudest):
         paths = ray_paths(channel.section, channel.depths[0], -a.departure_angle[loudest], distance)
         for row, ray in zip(paths.depth, loudest.tolist(), strict=True):
