@@ -34,7 +34,7 @@ test: venv llvm ## Run the tests
 test-all: venv llvm ## Run the tests, the slow ones too; those of the page in Chromium, of ROS 2's wire with Fast DDS and tshark
 	@sh scripts/chromium.sh
 	@sh scripts/peers.sh
-	$(BIN)/python -m pytest -n 2
+	PELAGOS_LANES=8 $(BIN)/python -m pytest -n 2
 
 check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema, tests
 	$(BIN)/ruff format --check .
