@@ -8,6 +8,7 @@ import pytest
 from tests.contracts.test_every_checkpoint import AFLOAT, IN_AIR, digest, sensors
 
 import pelagos as pl
+from cases import KIN, slow
 from pelagos.config import registry
 from pelagos.sim import model as sim_model
 from pelagos.vehicles.load import catalogue_names
@@ -81,6 +82,6 @@ def test_every_sensor_reads_for_many_as_for_one(monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
-@pytest.mark.parametrize("vehicle", catalogue_names())
+@pytest.mark.parametrize("vehicle", [slow(n) if n in KIN else n for n in catalogue_names()])
 def test_every_vehicle_moves_among_many_as_alone(vehicle, monkeypatch):
     _equal(_fleet(vehicle, {"imu": {"type": "imu", "rate_hz": 50}}), monkeypatch, ticks=20, n=2)

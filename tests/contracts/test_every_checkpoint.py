@@ -11,6 +11,7 @@ import pytest
 from test_every_sensor import SMALL as USUAL
 
 import pelagos as pl
+from cases import KIN, slow
 from pelagos.config import registry
 from pelagos.vehicles.load import catalogue_names
 
@@ -118,7 +119,7 @@ def test_every_sensor_goes_on_from_a_checkpoint():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in SHIPS else n for n in sorted(catalogue_names())],  # 30 s
+    [slow(n) if n in SHIPS | set(KIN) else n for n in sorted(catalogue_names())],
 )
 def test_every_vehicle_goes_on_from_a_checkpoint(name, tmp_path):
     """In each of its control modes, with actuators, integrators and radiated waves that are not at rest."""

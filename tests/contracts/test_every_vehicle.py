@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
+from cases import KIN
 from pelagos.vehicles.load import catalogue_names
 
 NAMES = sorted(catalogue_names())
@@ -14,14 +15,6 @@ AFLOAT = {
     "zeefakkel", "navalvessel",
 }  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
-
-
-KIN = (
-    "semisub", "supply", "container", "dsrv", "tanker", "kvlcc2", "mariner", "navalvessel", "bluerov2_heavy",
-    "hovering_auv", "wamv", "surface_vessel", "npsauv", "couguv", "torpedo", "lrauv",
-)  # fmt: skip
-"""Vehicles whose kinds of modes others have too, which are in every run; see also `test_vehicle_catalogue`, where three
-unequal copies of every vehicle step in every mode as each does alone."""
 
 
 @pytest.fixture(params=NAMES)

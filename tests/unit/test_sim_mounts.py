@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
+from cases import slow
 from pelagos.errors import MountWarning
 from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
@@ -188,7 +189,7 @@ FLOATS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("vehicle", FLOATS)
+@pytest.mark.parametrize("vehicle", [n if n in ("otter", "semisub", "frigate") else slow(n) for n in FLOATS])
 def test_sensors_of_a_craft_stand_where_they_work_unless_they_say_where(vehicle):
     """In a sea of 0.5 m (state 2) the gps has every fix, and the instruments for the water are below the water line."""
     kinds = {"gps": {"type": "gps", "rate_hz": 1}, "ctd": {"type": "ctd", "rate_hz": 1}}

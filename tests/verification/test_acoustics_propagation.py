@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
+from cases import slow
 from pelagos import jit
 from pelagos.acoustics.eigenrays import eigenrays
 from pelagos.acoustics.image_sources import paths
@@ -83,7 +84,7 @@ def test_snells_law_holds_through_layers(degrees):
     assert np.cos(found[:, 2]) / speed == pytest.approx(math.cos(math.radians(degrees)) / here, rel=1e-5)
 
 
-@pytest.mark.parametrize("degrees", [-8.0, -30.0, -80.0])
+@pytest.mark.parametrize("degrees", [slow(-8.0), -30.0, slow(-80.0)])
 def test_arcs_follow_the_ray_that_is_integrated_numerically(degrees):
     """dx = cos, dz = sin, d theta = -cos(theta) c'/c, dt = 1/c per metre, by Runge-Kutta steps of 2 cm.
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
+from cases import slow
 from pelagos.vehicles.vehicle import Vehicle
 
 UNDERWATER = ("remus100", "torpedo", "couguv", "lrauv", "glider", "bluerov2", "bluerov2_heavy", "hovering_auv")
@@ -68,7 +69,7 @@ def test_resting_force_is_weight_minus_buoyancy(name):
     assert np.linalg.norm(drop.sim.state["a"].velocity) < 0.001
 
 
-@pytest.mark.parametrize("mass", [0.8, 1.6])
+@pytest.mark.parametrize("mass", [0.8, slow(1.6)])
 @pytest.mark.parametrize("name", UNDERWATER)
 def test_impulse_of_an_impact_is_mass_and_added_mass_times_change_of_velocity(name, mass):
     """(M_RB + M_A)(nu_after - nu_before) = sum of h (F, M), for a neutral vehicle that meets the bottom at 1 m/s.

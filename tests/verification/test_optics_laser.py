@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import trapezoid
 from scipy.spatial.transform import Rotation
 
+from cases import slow
 from oceans import lit_ocean
 from pelagos import jit
 from pelagos.optics.laser_beam import LaserBeam, laser_at, laser_glow, laser_loss
@@ -160,7 +161,7 @@ def centroid(image: Any) -> tuple[float, float]:
     return float((green * column).sum() / green.sum()), float((green * row).sum() / green.sum())
 
 
-@pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("distance", [slow(1.0), slow(2.0), 4.0])
 def test_two_parallel_dots_measure_length(distance: float):
     """Lasers 10 cm to both sides, parallel to the axis: 20 cm on the wall, as pixels f 0.2 / x apart (f = 110.85 px).
 

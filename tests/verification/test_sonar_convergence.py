@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sonar_scenes import DT_NS, at, context, plane
 
+from cases import slow
 from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar
 from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar
@@ -39,18 +40,18 @@ def by_range(kind: Any, rays: str, factor: int, *, altitude: float, slope: float
     ("kind", "rays", "altitude", "slope", "options"),
     [
         (ImagingSonar, "rays_per_beam", 5.0, 0.0, {"beams": 128}),
-        (ImagingSonar, "rays_per_beam", 5.0, 0.0, {"beams": 128, "orientation_deg": (0.0, 15.0, 0.0)}),
+        slow(ImagingSonar, "rays_per_beam", 5.0, 0.0, {"beams": 128, "orientation_deg": (0.0, 15.0, 0.0)}),
         (ImagingSonar, "rays_per_beam", 5.0, 0.1, {"beams": 128, "bins": 1024}),
-        (ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": DOWN, "range_max_m": 40.0}),
+        slow(ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": DOWN, "range_max_m": 40.0}),
         (ProfilingSonar, "rays_per_beam", 10.0, 0.2, {"orientation_deg": DOWN, "range_max_m": 40.0}),
         (ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": (0.0, 30.0, 0.0), "range_max_m": 60.0}),
-        (ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": (0.0, 60.0, 0.0), "range_max_m": 40.0}),
+        slow(ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": (0.0, 60.0, 0.0), "range_max_m": 40.0}),
         (MechanicalScanningSonar, "rays", 5.0, 0.0, {}),
-        (Sidescan, "rays_per_side", 8.0, 0.0, {}),
+        slow(Sidescan, "rays_per_side", 8.0, 0.0, {}),
         (Sidescan, "rays_per_side", 8.0, 0.1, {}),
         (Singlebeam, "rays", 12.0, 0.2, {}),
-        (Singlebeam, "rays", 12.0, 0.2, {"range_max_m": 20.0}),
-        (SyntheticApertureSonar, "rays", 10.0, 0.0, {}),
+        slow(Singlebeam, "rays", 12.0, 0.2, {"range_max_m": 20.0}),
+        slow(SyntheticApertureSonar, "rays", 10.0, 0.0, {}),
     ],
 )
 def test_energy_of_each_bin_is_within_a_percent_of_the_converged_image(kind, rays, altitude, slope, options):
@@ -104,10 +105,10 @@ def test_water_column_of_the_multibeam_converges(monkeypatch):
     ("kind", "altitude", "options"),
     [
         (ImagingSonar, 1.0, {"orientation_deg": (0.0, 15.0, 0.0), "range_max_m": 20.0}),
-        (ImagingSonar, 3.0, {"orientation_deg": (0.0, 15.0, 0.0), "rays_per_beam": 400, "range_max_m": 20.0}),
-        (ProfilingSonar, 2.0, {"orientation_deg": DOWN, "range_max_m": 10.0}),
+        slow(ImagingSonar, 3.0, {"orientation_deg": (0.0, 15.0, 0.0), "rays_per_beam": 400, "range_max_m": 20.0}),
+        slow(ProfilingSonar, 2.0, {"orientation_deg": DOWN, "range_max_m": 10.0}),
         (ProfilingSonar, 20.0, {"orientation_deg": DOWN}),
-        (ProfilingSonar, 10.0, {"orientation_deg": (0.0, 30.0, 0.0)}),
+        slow(ProfilingSonar, 10.0, {"orientation_deg": (0.0, 30.0, 0.0)}),
         (Sidescan, 3.0, {}),
     ],
 )

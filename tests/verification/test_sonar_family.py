@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from scipy.integrate import trapezoid
 from sonar_scenes import DT_NS, PLAIN, LayeredWater, StillWater, at, box, context, plane, sphere, still_water
 
+from cases import slow
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import shaded_length, weighted_line_np
 from pelagos.errors import ValidityWarning
@@ -342,7 +343,7 @@ class TestAdcp:
         through = np.array([0.6, 0.6, 0.1]) + shear[:, 2] * 6.0 / ratio
         np.testing.assert_allclose(found.extras["water_velocity"][0], through * ratio, atol=1e-6)
 
-    @pytest.mark.parametrize("ratio", [1.0, 0.95, 1.06])
+    @pytest.mark.parametrize("ratio", [slow(1.0), slow(0.95), 1.06])
     def test_the_layer_of_the_dvl_ends_where_side_lobes_bring_the_bottom(self, ratio):
         """10 m above it, at 10 m cos(30 deg) = 8.66 m, by true sound speed."""
         edge = 10.0 * math.cos(math.radians(30)) * ratio
@@ -734,7 +735,7 @@ class TestVolumeReverberation:
         s = self.sonar(volume_scattering_db=-60.0)
         np.testing.assert_array_equal(s.sense(at(0, 0, DEEP)).data, s.sense(at(0, 0, DEEP)).data)
 
-    @pytest.mark.parametrize("kind", [ImagingSonar, Sidescan, MechanicalScanningSonar, ProfilingSonar])
+    @pytest.mark.parametrize("kind", [ImagingSonar, Sidescan, slow(MechanicalScanningSonar), slow(ProfilingSonar)])
     def test_every_sonar_with_a_water_column_shows_it(self, kind):
         config = kind.Config(bins=128, volume_scattering_db=-60.0, range_max_m=30.0, **QUIET)
         truth = kind(config, context([below(300.0)])).sense(at(0, 0, DEEP)).truth

@@ -12,6 +12,7 @@ from scipy.integrate import trapezoid
 from sonar_scenes import LAMBERT_DB, StillWater, at, context, plane, still_water
 
 import pelagos as pl
+from cases import slow
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption
 from pelagos.acoustics.beam_pattern import shaded_length, weighted_line_np
@@ -53,7 +54,9 @@ def usual_level() -> float:
 
 
 @pytest.mark.parametrize(
-    "options", [{"beams": 256}, {"bins": 128}, {"bins": 512}, {"bins": 1024}, {"rays_per_beam": 192}], ids=str
+    "options",
+    [slow({"beams": 256}), slow({"bins": 128}), slow({"bins": 512}), {"bins": 1024}, {"rays_per_beam": 192}],
+    ids=str,
 )
 def test_raw_level_and_noise_do_not_depend_on_sampling(options, usual_level):
     """Beams of 1 deg in sectors of 1 and 0.5 deg, a pulse of 25 mm in bins of 29 to 230 mm: within 0.3 dB."""
