@@ -64,7 +64,7 @@ def test_every_second_node_of_an_edge_lies_on_the_line_of_its_neighbours():
 
 
 def test_propellers_turn_on_slowly_and_fins_by_their_angle():
-    """An eighth, 0.12, of the true turns; an actuator that is not there is at rest."""
+    """At 0.12 of their true rate, so that the eye can follow; an actuator that is not there is at rest."""
     parts = [Stub(actuator=1, spins=True), Stub(actuator=0, spins=False), Stub(actuator=5, spins=True)]
     angles = Model3d([], parts, 2.0).turned(np.array([0.3, -60.0]), np.array([1.0, 9.0, 2.0]), 0.25)
     assert np.allclose(angles, [1.0 - 0.12 * 60 * 0.25 + 2 * math.pi, 0.3, 2.0])

@@ -422,7 +422,7 @@ def test_a_beam_that_is_a_little_off_is_warned_of():
     beams = pings(3000, 0.003, 0.0, 1.5, 2)
     fit_beams(list(beams.T))
     beams[:, 1] *= 0.95
-    with pytest.warns(PelagosWarning, match=r"beam 2 reads 0\.9[45]\d? times what the other three say: angles or scales"):
+    with pytest.warns(PelagosWarning, match=r"beam 2 reads 0\.9[45]\d? times .*: angles or scales"):
         fit_beams(list(beams.T))
 
 
