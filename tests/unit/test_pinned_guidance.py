@@ -77,12 +77,20 @@ def test_the_direction_of_a_wall_follows_from_how_its_range_changes(side):
 
     sin(angle between course and wall) = rate of the range / speed, at most 0.9, averaged over 4 s: 0.5 s is 1/8 of it.
     """
-    velocity = [(0.6, -0.3, 0.0), (0.1, 0.05, 0.0), (0.6, -0.3, 0.0), (0.6, -0.3, 0.0), (0.2, 0.1, 0.0)]
-    distance = np.array([6.1, 6.02, np.nan, 6.1, 3.0])
-    now = aboard(np.zeros((5, 3)), 0.7, velocity, readings={"wall": distance[:, None]})
+    velocity = [
+        (0.6, -0.3, 0.0),
+        (0.1, 0.05, 0.0),
+        (0.6, -0.3, 0.0),
+        (0.6, -0.3, 0.0),
+        (0.2, 0.1, 0.0),
+        (0.6, -0.3, 0.0),
+    ]
+    distance = np.array([6.1, 6.02, np.nan, 6.1, 3.0, 6.1])
+    now = aboard(np.zeros((6, 3)), 0.7, velocity, readings={"wall": distance[:, None]})
     progress = Progress.begin(now)
     progress.heading[:] = 0.4
-    progress.memory[:, :3] = [(1, 0.5, 6.0), (1, 0.5, 6.0), (1, 0.5, 6.0), (0, 0.0, 0.0), (1, 0.5, 6.0)]
+    progress.memory[:, :3] = (1, 0.5, 6.0)
+    progress.memory[3:6:2, :3] = [(0, 0.0, 0.0), (1, 0.5, 0.0)]  # at its beginning; and out of sight before
     task = FollowWall("wall", side, 5.0, None, Common())
     assert not task.moves(now, progress).any()
     course = math.atan2(0.3, 0.6)
@@ -92,19 +100,20 @@ def test_the_direction_of_a_wall_follows_from_how_its_range_changes(side):
         0.5,
         0.4,
         0.5 + 0.125 * (math.atan2(-0.1, 0.2) + side * math.asin(0.9) - 0.5),
+        0.5,
     ]
     assert np.allclose(progress.memory[:, 1], found)
-    assert np.allclose(progress.memory[:, 2], [6.1, 6.02, 0.0, 6.1, 3.0])
+    assert np.allclose(progress.memory[:, 2], [6.1, 6.02, 0.0, 6.1, 3.0, 6.1])
     assert (progress.memory[:, 0] == 1).all()
     goal = task.goal(now, progress)
-    lean = np.array([1.1 / 5, 1.02 / 5, 0.4, 1.1 / 5, -0.4])  # unseen: as if 2 m too far
+    lean = np.array([1.1 / 5, 1.02 / 5, 0.4, 1.1 / 5, -0.4, 1.1 / 5])  # unseen: as if 2 m too far
     assert np.allclose(goal.course, progress.memory[:, 1] - side * lean)
     assert np.allclose(goal.end, 50 * np.stack([np.cos(goal.course), -np.sin(goal.course)], -1))
     assert np.allclose(goal.face, progress.memory[:, 1])
     assert not goal.stops.any()
-    progress.memory[:, 2] = [20.0, 0.1, 5.0, 5.0, 5.0]
+    progress.memory[:, 2] = [20.0, 0.1, 5.0, 5.0, 5.0, 5.0]
     lean = task.goal(now, progress).course - progress.memory[:, 1]
-    assert np.allclose(lean, -side * np.array([0.7, -0.7, 0.0, 0.0, 0.0]))
+    assert np.allclose(lean, -side * np.array([0.7, -0.7, 0.0, 0.0, 0.0, 0.0]))
 
 
 def test_a_profile_turns_near_its_depths_and_counts_at_the_top():

@@ -141,10 +141,11 @@ def test_soundings_are_averaged_by_cells():
 
 
 def test_a_picture_is_conspicuous_by_contrast_along_its_rows():
-    """The deviation of means of 8 x 8 pixels from those of their rows; what no whole cell holds does not count."""
+    """The deviation of means of 8 x 8 pixels, free of speckle, from those of their rows; only whole cells count."""
     cells = np.array([[10.0, 20.0, 60.0], [5.0, 5.0, 5.0]])
     picture = np.full((19, 29), 200, np.uint8)
-    picture[:16, :24] = np.kron(cells, np.ones((8, 8)))
+    speckle = np.kron([[3.0, 7.0, 1.0], [2.0, 5.0, 0.0]], np.kron(np.ones((4, 4)), [[1, -1], [-1, 1]]))
+    picture[:16, :24] = np.kron(cells, np.ones((8, 8))) + speckle
     assert _interest(picture) == pytest.approx(math.sqrt((20**2 + 10**2 + 30**2) / 6))
 
 
