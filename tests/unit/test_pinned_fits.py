@@ -140,6 +140,15 @@ def test_the_step_of_an_output_is_that_of_which_all_levels_are_multiples():
     assert noise._step_of(np.repeat([0.0, 1.0, 2.0], [2, 5, 5])) == 1.0
 
 
+def test_the_step_of_a_beam_is_that_of_which_all_readings_are_multiples():
+    """Of the readings themselves, not of their differences: a log at rest then reads exactly 0."""
+    readings = 0.02 * np.array([-7.0, -5.0, -4.0, 0.0, 3.0, 40.0])
+    assert beam_faults._step_of(readings) == pytest.approx(0.02)
+    assert beam_faults._step_of(readings + 0.004) == 0.0
+    assert beam_faults._step_of(0.02 * np.array([-1.0, 0.0, 1.0, 2.1])) == 0.0
+    assert beam_faults._step_of(np.array([0.3])) == 0.0
+
+
 def test_units_of_fits_are_their_definitions():
     """A nautical mile is 1852 m, a foot 0.3048 m, a turn 2 pi rad or 360 degrees (SI brochure; ISO 31)."""
     turn = 2 * math.pi
