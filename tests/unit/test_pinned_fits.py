@@ -67,7 +67,7 @@ def test_squares_are_weighed_by_their_own_expectation():
 
 
 def test_the_most_of_a_term_is_bounded_by_every_point_of_the_curve():
-    """nu s^2 / chi^2(nu), which a variance exceeds with 1 %; of 4 and 1 degrees chi^2 is 0.29711 and 0.00015709."""
+    """nu s^2 / chi^2(nu), below which chi^2 lies with 1 %: of 4 and 1 degrees of freedom 0.29711 and 0.00015709."""
     terms = np.array([[2.0, 1.0, 0.5], [1.0, 1.0, 2.0]])
     freedoms, deviation = np.array([4.0, 1.0]), np.array([0.8, 0.5])
     highest = deviation**2 * freedoms / [0.2971095, 0.000157088]
