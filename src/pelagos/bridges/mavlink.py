@@ -212,7 +212,7 @@ class MavlinkDoor:
         ahead, right, turn = (0 if axis == _NO_AXIS else axis for axis in (m.x, m.y, m.r))
         up = 0 if m.z == _NO_AXIS else (m.z - 500) * 2
         if not all(-1000 <= axis <= 1000 for axis in (ahead, right, turn, up)):
-            self._inbox.refuse("MANUAL_CONTROL: an axis is not between -1000 and 1000")
+            self._inbox.refuse("MANUAL_CONTROL: x, y or r is not between -1000 and 1000, or z not between 0 and 1000")
             return
         values = [ahead * v, -right * v, up * v, 0.0, 0.0, -turn * w]
         self._inbox.put(Order("velocity", self.agent, {"values": values}, "MANUAL_CONTROL"))

@@ -104,7 +104,7 @@ def refuse_contradicted(whole: Floats, left: Floats) -> bool:
     every_way = float(np.linalg.eigvalsh(others.T @ others / len(others))[0]) > moves
     if every_way and abs(named[k]) > _NAMED:
         part = float(AROUND[k] * (share @ OTHERS[:, k])) * 4 / 3
-        text = f"beam {k + 1} reads {1 + part / (1 - 0.75 * part):.2g} times what the other three say"
+        text = f"beam {k + 1} reads {1 + part / (1 - 0.75 * part):.3g} times what the other three say"
     if off > _ASTRAY:
         raise InputError(f"{text}: another sign, unit or order, or not a beam?")
     warnings.warn(f"{text}: angles or scales? The noise has it too", PelagosWarning, stacklevel=3)

@@ -121,7 +121,9 @@ def _resampled(
 
 
 def _memory(off: NDArray[np.float64]) -> float:
-    """Integrated correlation time of the residuals in rows: 1 + 2 sum of correlations until the first negative one."""
+    """Integrated correlation time of the residuals in rows: 1 + 2 sum of correlations, up to the first that white noise
+    may have too: below two of its standard deviations 1 / sqrt(rows).
+    """
     n = len(off)
     found = []
     for c in range(off.shape[1]):

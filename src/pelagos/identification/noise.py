@@ -259,7 +259,8 @@ def _step_of(values: Floats) -> float:
         return 0.0
     step = float(np.diff(levels).min())
     multiples = np.diff(levels) / step
-    return step if np.abs(multiples - np.round(multiples)).max() < _UNEVEN * max(1.0, float(multiples.max())) else 0.0
+    uneven = np.abs(multiples - np.round(multiples)) > _UNEVEN * multiples
+    return 0.0 if uneven.any() else step
 
 
 def fit_beams(beams: Sequence[Floats]) -> BeamNoise:

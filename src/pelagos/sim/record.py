@@ -13,7 +13,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -36,6 +35,7 @@ from pelagos.messages.store import Message, schema
 from pelagos.messages.template import STAMP, Buffer, Template
 from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
 from pelagos.sim.mcap_writer import McapWriter
+from pelagos.sim.record_frames import Frames
 from pelagos.sim.record_together import Lane, Together
 
 CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
@@ -112,7 +112,7 @@ class Recorder:
         self._movers: dict[str, tuple[TruthEncoder, int]] = {}
         self.latched: set[str] = set()
         self._together, self._order = Together(together), list[str]()
-        self._tf = self.channel("/tf", TF, {})
+        self._tf, self._frames = self.channel("/tf", TF, {}), Frames()
         self._chunk_ns, self._chunk_wall = 0, time.monotonic()
         self._transforms: list[Message] = []
         for agent, configs in sensors.items():
@@ -191,6 +191,7 @@ class Recorder:
             *motion: position `(n, 3)` NWU [m], attitude `(n, 4)` wxyz, velocity `(n, 3)` FLU [m/s], angular velocity
                 `(n, 3)` FLU [rad/s].
         """
+        self._write_frames()
         for i, (encode, channel) in enumerate(self._truth[agent]):
             odometry, transform = encode.encode(t_ns, *(values[i] for values in motion))
             self._add(channel, t_ns, encode.odometry, odometry)
@@ -202,7 +203,7 @@ class Recorder:
         for i, (encode, channel) in enumerate(self._truth[agent]):
             numbers = encode.numbers(*(values[:, i] for values in motion))
             self._add_rows(channel, t_ns, encode.odometry, numbers)
-            self._writer.add_messages(self._tf, t_ns, encode.transforms(t_ns, numbers))
+            self._frames.keep(t_ns, encode.transforms(t_ns, numbers))
         self._end_chunk(int(t_ns[-1]))
 
     def add_navigation(self, agent: str, kind: str) -> None:
@@ -224,9 +225,14 @@ class Recorder:
         self._together.open(self, self._order)
 
     def gather(self) -> None:
-        """Write what was kept for the topics of groups, whose members' readings of the same times are all there."""
+        """Write what was kept for topics that agents share, whose messages of the same times are all there."""
+        self._write_frames()
         for channel, t_ns, rows in self._together.gathered():
             self.write_rows(channel, t_ns, rows)
+
+    def _write_frames(self) -> None:
+        for t_ns, rows in self._frames.ordered():
+            self.write_rows(self._tf, t_ns, rows)
 
     def write_rows(self, channel: int, t_ns: NDArray[np.int64], rows: NDArray[np.uint8]) -> None:
         """Record k messages of one size `(k, size)` on a channel, at times `(k,)` [ns]."""
@@ -260,7 +266,7 @@ class Recorder:
         encode, channel = self._movers[name]
         numbers = encode.numbers(*motion)
         self._add_rows(channel, t_ns, encode.odometry, numbers)
-        self._writer.add_messages(self._tf, t_ns, encode.transforms(t_ns, numbers))
+        self._frames.keep(t_ns, encode.transforms(t_ns, numbers))
         self._end_chunk(int(t_ns[-1]))
 
     def number(self, topic: str) -> int | None:
@@ -295,9 +301,7 @@ class Recorder:
     def __enter__(self) -> Recorder:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def places(self, agent: str) -> list[str]:

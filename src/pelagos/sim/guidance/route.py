@@ -46,9 +46,9 @@ def _thinned(line: NDArray[np.float64]) -> NDArray[np.float64]:
     """Fewer points, from which the line departs by no more than `TOLERANCE_M` (Ramer, Douglas and Peucker)."""
     if len(line) < 3:
         return line
-    chord = line[-1] - line[0]
-    area = chord[0] * (line[:, 1] - line[0, 1]) - chord[1] * (line[:, 0] - line[0, 0])
-    off = np.abs(area) / max(float(np.hypot(chord[0], chord[1])), 1e-9)
+    chord, out = line[-1] - line[0], line - line[0]
+    run = np.clip(out @ chord / max(float(chord @ chord), 1e-18), 0.0, 1.0)  # beyond its ends the piece is an end
+    off = np.hypot(*(out - run[:, None] * chord).T)
     k = int(np.argmax(off))
     if off[k] <= TOLERANCE_M:
         return line[[0, -1]]
