@@ -25,7 +25,8 @@ class Frames:
     def ordered(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.uint8]]]:
         """Times [ns] and messages of all that was kept, in pieces of one size; at one time in the order of keeping."""
         kept, self._kept = self._kept, []
-        if not kept:
+        if len(kept) < 2:  # of one agent alone
+            yield from kept
             return
         sizes = np.concatenate([np.full(len(rows), rows.shape[1]) for _, rows in kept])
         wide = np.zeros((len(sizes), sizes.max()), dtype=np.uint8)  # names of agents have different lengths
