@@ -303,6 +303,12 @@ def test_a_slope_turns_sound_back() -> None:
         here = int(np.argmin(np.abs(made.depth - depth)))
         assert column[here] == pytest.approx(10.0 * math.log10(place * way), abs=0.1)
 
+    narrow = field(section, 100.0, reach=1025.0, columns=41, depths=np.arange(4.0, 80.0, 0.5), widest=0.003, beams=200)
+    for place in (850.0, 875.0, 925.0):
+        depth = 100.0 - (met - place) * math.tan(math.pi - rise)
+        heard = narrow.intensity[round(place / 25.0) - 1]
+        assert heard @ narrow.depth / heard.sum() == pytest.approx(depth, abs=1.0)  # 9.3 m from column to column
+
 
 def test_a_mirrored_section_is_the_same_from_the_other_end() -> None:
     section = Section(
