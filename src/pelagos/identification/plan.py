@@ -118,16 +118,33 @@ class ParameterConfig(_Strict):
     high: Number | None = None
     """Largest value."""
     scale: Literal["log", "linear"] = "log"
-    """Log: the sign of the prior is kept. A prior of 0 needs linear."""
+    """Log: the sign of the prior is kept, and bounds have it too. A prior of 0, or a bound, needs linear."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        if self.scale == "log" and "scale" in self.model_fields_set and (fault := self.off_the_scale(self.prior)):
+            raise ValueError(fault)
         paths = 1 if isinstance(self.path, str) else len(self.path)
         if self.factors is not None and len(self.factors) != paths:
             raise ValueError(f"factors: {len(self.factors)} of them, but the number of paths is {paths}; give one each")
         return self
+
+    def off_the_scale(self, prior: float | None) -> str:
+        """The fault of bounds that a log scale about a prior does not reach, in words; empty where there is none."""
+        told = {"prior": prior or None, "low": self.low, "high": self.high}
+        given = {key: value for key, value in told.items() if value is not None}
+        for key, value in given.items():
+            first, sign = next(iter(given.items()))
+            if value == 0:
+                return f"{key} 0 is on no log scale: leave it out, give another, or give scale: linear"
+            if (value > 0) != (sign > 0):
+                return (
+                    f"{first} {sign:g} and {key} {value:g} have different signs, and a log scale keeps that of the "
+                    f"prior: leave {key} out, give it {'above' if sign > 0 else 'below'} 0, or give scale: linear"
+                )
+        return ""
 
     def paths(self, name: str) -> tuple[str, ...]:
         """Paths of the identified quantities."""
