@@ -15,20 +15,21 @@ from pelagos.config.document import Document, Key, read_document
 from pelagos.config.problem import scenario_error
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.identification.coordinates import COORDINATES, UNITS
+from pelagos.math.units import LENGTHS, SPEEDS
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
+_LENGTHS: Final = ("m", "cm", "mm", "km", "nmi", "ft")
 UNIT_SCALES: Final[dict[str, float]] = {
-    "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "nmi": 1852.0, "ft": 0.3048, "rad": 1.0,
-    "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600,
+    "": 1.0, **{unit: LENGTHS[unit] for unit in _LENGTHS}, "rad": 1.0, "deg": 3.141592653589793 / 180, **SPEEDS,
     "rad/s": 1.0, "deg/s": 3.141592653589793 / 180, "deg/min": 3.141592653589793 / 180 / 60, "s": 1.0, "min": 60.0,
     "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rpm": 3.141592653589793 / 30, "Hz": 2 * 3.141592653589793,
     "N": 1.0, "kN": 1000.0,
 }  # fmt: skip
 """Factors to SI units."""
 UNITS_OF: Final[dict[str, tuple[str, ...]]] = {
-    "m": ("m", "cm", "mm", "km", "nmi", "ft"), "rad": ("rad", "deg"), "m/s": ("m/s", "cm/s", "mm/s", "km/h", "kn"),
+    "m": _LENGTHS, "rad": ("rad", "deg"), "m/s": tuple(SPEEDS),
     "rad/s": ("rad/s", "deg/s", "deg/min", "rpm", "Hz"), "s": ("s", "ms", "us", "ns", "min", "h"),
 }  # fmt: skip
 """Units of a kind, by its SI unit."""
