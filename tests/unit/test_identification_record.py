@@ -6,6 +6,7 @@ import gzip
 import re
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -388,7 +389,11 @@ def test_one_cell_is_one_cell():
 
 
 class _Bag:
-    """A recording since 1970: poses 30 times a second, and a command every fifth time."""
+    """A recording since 1970 by another program: poses 30 times a second, and a command every fifth time."""
+
+    channels: ClassVar[dict] = {}
+    attachments: ClassVar[dict] = {}
+    metadata: ClassVar[dict] = {}
 
     def __init__(self, path):
         self.stamps = 1_700_000_000_000_000_000 + np.round(np.arange(600) / 30 * 1e9).astype(np.int64)

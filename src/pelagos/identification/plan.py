@@ -19,6 +19,8 @@ from pelagos.math.units import LENGTHS, SPEEDS
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
+Integrator = Literal["conservative", "semi_implicit", "runge_kutta"]
+"""Ways of a vehicle's steps."""
 
 _LENGTHS: Final = ("m", "cm", "mm", "km", "nmi", "ft")
 UNIT_SCALES: Final[dict[str, float]] = {
@@ -173,12 +175,14 @@ class Plan(_Strict):
     """Parts of the record that are used, from and to [s]; left out: all of it."""
     step_s: Positive | None = None
     """Of the simulation [s]; left out: the record's own, divided until it is at most 0.1 s."""
-    integrator: Literal["conservative", "semi_implicit", "runge_kutta", "vehicle"] | None = None
+    integrator: Integrator | Literal["vehicle"] | None = None
     """Way of the fit's steps; the fitted vehicle keeps its own way, which is `vehicle` here. Left out: that under
-    `vehicle:` of this plan, or `runge_kutta`, whose error is of fourth order."""
+    `vehicle:` of this plan; of a recording of `pelagos run` that of the run; or `runge_kutta`, whose error is of fourth
+    order."""
     substeps: Annotated[int, Field(ge=1, le=60_000)] | None = None
     """Steps of the simulation in one of `step_s`, none shorter than 1 ms; left out: 1, doubled until the steps shift no
-    parameter by more than a tenth of its interval's half."""
+    parameter by more than a tenth of its interval's half; of a recording of `pelagos run` its ticks, if nothing is said
+    of steps and they are 16 or fewer."""
     smooth_s: Positive = 0.6
     """Length of the parabolas through poses whose slope stands for a velocity that is not measured [s]."""
     segment_s: Positive = 15.0
