@@ -7,6 +7,7 @@ import pytest
 
 import pelagos as pl
 from cases import KIN
+from pelagos.manoeuvres.standard import PUSHING
 from pelagos.vehicles.load import catalogue_names
 
 NAMES = sorted(catalogue_names())
@@ -39,6 +40,12 @@ def test_still_water_takes_energy_from_every_motion(vehicle):
     still = np.zeros((200, len(vehicle.actuator_names)))
     gained = vehicle.accelerations(eta, nu, still, still)[0] - vehicle.accelerations(eta, 0 * nu, still, still)[0]
     assert (np.einsum("ni,ij,nj->n", nu, vehicle.config.body.mass_matrix, gained) < 0).all()
+
+
+def test_actuators_with_a_thrust_at_their_limits_are_of_the_types_that_messages_name(vehicle):
+    kinds = {name: config.type for name, config in vehicle.config.actuators.items()}
+    pushing = [name for name, actuator in vehicle.model.actuators.items() if hasattr(actuator, "thrust_limits")]
+    assert pushing == [name for name, kind in kinds.items() if kind in PUSHING]
 
 
 def test_hull_is_sound(vehicle):

@@ -6,6 +6,7 @@ import gzip
 import re
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -388,7 +389,11 @@ def test_one_cell_is_one_cell():
 
 
 class _Bag:
-    """A recording since 1970: poses 30 times a second, and a command every fifth time."""
+    """A recording since 1970 by another program: poses 30 times a second, and a command every fifth time."""
+
+    channels: ClassVar[dict] = {}
+    attachments: ClassVar[dict] = {}
+    metadata: ClassVar[dict] = {}
 
     def __init__(self, path):
         self.stamps = 1_700_000_000_000_000_000 + np.round(np.arange(600) / 30 * 1e9).astype(np.int64)
@@ -790,6 +795,52 @@ def test_values_that_a_plan_cannot_have_are_told_in_words(change, said, tmp_path
     with pytest.raises(ScenarioError, match=said) as told:
         load_plan({**PLAN, **change})
     assert "nput should" not in str(told.value)
+
+
+SIGNS = "have different signs, and a log scale keeps that of the prior: leave"
+
+
+@pytest.mark.parametrize(("keys", "said"), [
+    ({"low": -5, "high": 4}, f"low -5 and high 4 {SIGNS} high out, give it below 0, or give scale: linear"),
+    ({"low": -5, "prior": 3}, f"prior 3 and low -5 {SIGNS} low out, give it above 0, or give scale: linear"),
+    ({"high": 5, "prior": -3}, f"prior -3 and high 5 {SIGNS} high out, give it below 0, or give scale: linear"),
+    ({"low": 0}, "low 0 is on no log scale: leave it out, give another, or give scale: linear"),
+    ({"low": -2, "high": 0}, "high 0 is on no log scale"), ({"low": 4, "high": 4}, "low 4 must be below high 4"),
+    ({"low": -5, "high": -7}, "low -5 must be below high -7"),
+    ({"low": -5}, ""), ({"high": 4}, ""), ({"low": 2, "high": 4, "prior": 3}, ""),
+    ({"low": -4, "high": -2, "prior": -3}, ""),
+])  # fmt: skip
+def test_bounds_that_a_log_scale_does_not_reach_are_refused_with_their_line(keys, said, tmp_path):
+    """A logarithm is of one sign and never of 0; which one it is the prior says, or where it has none the vehicle."""
+    file = tmp_path / "plan.yaml"
+    told = "".join(f"    {key}: {value}\n" for key, value in {"path": "lift", "scale": "log", **keys}.items())
+    file.write_text(f"columns: {{north: x}}\ncommands: {{}}\nparameters:\n  X:\n{told}")
+    if not said:
+        assert load_plan(file).parameters["X"].scale == "log"
+        return
+    with pytest.raises(ScenarioError) as error:
+        load_plan(file)
+    assert f"plan.yaml:4: parameters.X: {said}" in str(error.value)
+
+
+@pytest.mark.parametrize(("lift", "keys", "said"), [
+    (3.0, {"low": -5}, f"prior 3 and low -5 {SIGNS} low out, give it above 0"),
+    (3.0, {"low": -5, "high": 5}, f"prior 3 and low -5 {SIGNS}"),
+    (-3.0, {"high": 5}, f"prior -3 and high 5 {SIGNS} high out, give it below 0"), (3.0, {"low": 0}, "low 0 is on no"),
+    (-3.0, {"high": 0}, "high 0 is on no log scale"), (-3.0, {"low": 0}, "low 0 is on no log scale"),
+    (-3.0, {"low": -5}, ""), (3.0, {"high": 5}, ""), (3.0, {"low": -5, "scale": "linear"}, ""),
+    (0.0, {"low": -1, "high": 2, "path": "current.east"}, ""),
+])  # fmt: skip
+def test_bounds_have_the_sign_of_the_vehicles_own_number_on_a_log_scale(lift, keys, said):
+    """Where no scale is given it is log; of what is known beside the vehicle, such as a current, linear."""
+    plan = load_plan({**PLAN, "parameters": {"X": {"path": "lift", **keys}}})
+    if not said:
+        (found,) = parameters_of(plan.parameters, {"lift": lift})
+        assert [found.low, found.high][keys.get("low") is None] == keys.get("low", keys.get("high"))
+        return
+    with pytest.raises(InputError) as error:
+        parameters_of(plan.parameters, {"lift": lift})
+    assert f"plan: parameters.X: {said}" in str(error.value)
 
 
 def test_a_fault_of_a_plan_is_told_with_its_line(tmp_path):

@@ -7,6 +7,7 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -236,7 +237,11 @@ def test_a_plan_that_names_all_needs_no_recording():
 
 
 class Bag:
-    """Topics with the times of their messages [s]."""
+    """Topics of another program with the times of their messages [s]."""
+
+    channels: ClassVar[dict] = {}
+    attachments: ClassVar[dict] = {}
+    metadata: ClassVar[dict] = {}
 
     def __init__(self, **times):
         self._times = times

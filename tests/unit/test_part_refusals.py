@@ -177,8 +177,20 @@ def test_readings_that_are_computed_later_are_computed_once() -> None:
     assert len(looks) == 1
 
 
-def test_what_has_no_thruster_has_no_bollard_pull(monkeypatch: pytest.MonkeyPatch) -> None:
-    vehicle = SimpleNamespace(model=SimpleNamespace(actuators={"rudder": object()}), name="barge")
-    monkeypatch.setattr(standard, "CalmRun", lambda *_, **__: SimpleNamespace(vehicle=vehicle))
-    with pytest.raises(InputError, match="barge has no thruster"):
-        standard.bollard({}, None)
+def test_what_has_no_thruster_is_told_what_it_has_and_what_pulls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Actuators by type, in the order of the vehicle's file."""
+    for kinds, own in (
+        ({"port": "fin", "screw": "propeller", "starboard": "fin"},
+         "port, starboard of the type fin; screw of the type propeller"),
+        ({}, "none"),
+    ):  # fmt: skip
+        built = SimpleNamespace(actuators={name: object() for name in kinds})
+        config = SimpleNamespace(actuators={name: SimpleNamespace(type=kind) for name, kind in kinds.items()})
+        vehicle = SimpleNamespace(model=built, config=config, name="barge")
+        monkeypatch.setattr(standard, "CalmRun", lambda *_, v=vehicle, **__: SimpleNamespace(vehicle=v))
+        with pytest.raises(InputError) as told:
+            standard.bollard({}, None)
+        assert str(told.value) == (
+            "barge has no actuators for bollard, which takes those of the types thruster, force_thruster, "
+            f"curve_thruster, t200; its own: {own}"
+        )

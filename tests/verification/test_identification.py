@@ -12,11 +12,11 @@ import pytest
 from pelagos.errors import InputError, LookupFailed, PelagosWarning, ScenarioError
 from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit
-from pelagos.identification.fit import open_loop, shooter_of
+from pelagos.identification.fit import open_loop
 from pelagos.identification.output import vehicle_yaml, write_fit
 from pelagos.identification.parameters import Family, parameters_of
 from pelagos.identification.problem import moved
-from pelagos.identification.shots import Shots
+from pelagos.identification.shots import Shots, shooter_of
 from pelagos.vehicles.vehicle import Vehicle
 
 H = 0.1

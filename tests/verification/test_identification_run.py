@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,8 @@ import pelagos as pl
 from pelagos.errors import InputError, LookupFailed, PelagosWarning, ScenarioError
 from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.fit import open_loop
+from pelagos.identification.own_run import COLUMNS
+from pelagos.identification.run_steps import RunSteps
 from pelagos.sim.replay import Recording
 
 TOPIC = "/usv0/actuator_commands"
@@ -139,7 +142,7 @@ def test_a_vehicle_is_found_again_from_its_own_recording(tmp_path):
     recorded(tmp_path / "run.mcap", seconds=40, tick_rate_hz=20)
     told = {"segment_s": 4, "fit_to": ["u", "v", "r"], "parameters": PATHS, "bootstrap": 0}
     plan = load_plan(told, recording=tmp_path / "run.mcap", agent="usv0")
-    assert (plan.integrator, plan.substeps) == ("vehicle", 1)
+    assert (plan.integrator, plan.substeps) == ("conservative", 1)
     record = read_record(tmp_path / "run.mcap", plan, ("port", "starboard"))
     assert record.runs[0][0] == 0
     assert plan.actuators_from == "rest"
@@ -200,6 +203,82 @@ def test_a_vehicle_is_found_again_from_motion_told_twice_a_second(tmp_path):
     assert record.step_s / plan.substeps == pytest.approx(0.1, rel=1e-12)
     for e in fit(boat({"X_u": 14.0, "N_r": 18.0, "lag": 0.4}), record, plan).estimates:
         assert e.value == pytest.approx(TRUE[e.parameter.name], rel=1e-4)
+
+
+NAMED = {"columns": {n: {"column": f"/usv0/truth.{f}", "scale": s} for n, (f, s, _) in COLUMNS.items() if n in "uvr"}}
+
+
+@pytest.mark.parametrize(("integrator", "told"), [
+    ("semi_implicit", {}), ("runge_kutta", {}), ("conservative", NAMED), ("semi_implicit", NAMED),
+])  # fmt: skip
+def test_a_fit_takes_the_steps_of_the_run_that_was_recorded_and_not_its_vehicles(tmp_path, integrator, told):
+    """Ticks of 0.1 s, a third of the thrusters' lag, by a way that the fitted vehicle (conservative) has not, for true
+    motion and for columns that a plan names: found again to 1e-6, where other steps were up to 7 % off."""
+    made_by = {**boat(TRUE), "integrator": integrator}
+    recorded(tmp_path / "run.mcap", tick_rate_hz=10, record={"commands": True, "state_rate_hz": 10}, vehicle=made_by)
+    plan = load_plan({"segment_s": 4, "fit_to": ["u", "v", "r"], "parameters": PATHS, "bootstrap": 0, **told},
+                     recording=tmp_path / "run.mcap", agent="usv0")  # fmt: skip
+    record = read_record(tmp_path / "run.mcap", plan, ("port", "starboard"))
+    assert record.run == RunSteps(integrator, pytest.approx(0.1, rel=1e-12))
+    made = fit(boat({"X_u": 14.0, "N_r": 18.0, "lag": 0.4}), record, plan)
+    for e in made.estimates:
+        assert e.value == pytest.approx(TRUE[e.parameter.name], rel=1e-6)
+        assert e.step_shift == 0
+    assert (made.plan.integrator, made.plan.substeps) == (integrator, 1)
+    assert made.vehicle["integrator"] == "conservative"
+    if told:
+        own, other = (
+            max(open_loop(boat(TRUE), record, p)[0].rms.values())
+            for p in (plan, plan.model_copy(update={"integrator": "runge_kutta", "substeps": 1}))
+        )
+        assert own < 1e-4  # a shot's first step does not know the acceleration before it
+        assert other > 1e-3
+
+
+def test_other_steps_than_those_of_the_run_are_doubted_by_what_they_shift(tmp_path):
+    """-H^-1 J^T W e with e the difference of both motions: of first order in the shift, so within a third of what the
+    parameters are off."""
+    recorded(tmp_path / "run.mcap", tick_rate_hz=10, record={"commands": True, "state_rate_hz": 10})
+    told = {
+        "segment_s": 4, "fit_to": ["u", "v", "r"], "parameters": PATHS, "bootstrap": 0, "loss": "squares",
+        "integrator": "runge_kutta",
+    }  # fmt: skip
+    plan = load_plan(told, recording=tmp_path / "run.mcap", agent="usv0")
+    record = read_record(tmp_path / "run.mcap", plan, ("port", "starboard"))
+    said = (
+        r"the run was made in steps of 100 ms \(conservative\), the fit in steps of 100 ms \(runge_kutta\), which "
+        r"shifts X_u by .*: give integrator: conservative, step_s: 0\.1 and substeps: 1$"
+    )
+    with pytest.warns(PelagosWarning, match=said):
+        made = fit(boat({"X_u": 14.0, "N_r": 18.0, "lag": 0.4}), record, plan)
+    (doubt,) = (text for text in made.doubts if text.startswith("the run was made"))
+    shifts = dict(re.findall(r"(\w+) by ([+-][\d.e-]+)", doubt))
+    assert {"X_u", "N_r"} <= shifts.keys()
+    for e in made.estimates:
+        if e.parameter.name in shifts:
+            off = e.value - TRUE[e.parameter.name]
+            assert float(shifts[e.parameter.name]) == pytest.approx(off, rel=0.3)
+
+
+def test_steps_of_a_run_that_shift_nothing_are_not_doubted(tmp_path):
+    """Ticks of 5 ms, 20 between two rows that have noise: the fit takes its own steps, and says nothing."""
+    recorded(tmp_path / "run.mcap", tick_rate_hz=200, record={"commands": True, "state_rate_hz": 10})
+    told = {"segment_s": 4, "fit_to": ["u", "v", "r"], "parameters": PATHS, "bootstrap": 0, **NAMED}
+    plan = load_plan(told, recording=tmp_path / "run.mcap", agent="usv0")
+    record = read_record(tmp_path / "run.mcap", plan, ("port", "starboard"))
+    random = np.random.default_rng(2)
+    noisy = {n: x + random.normal(0, 0.006, len(x)) for n, x in record.measured.items()}
+    made = fit(boat({"X_u": 14.0, "N_r": 18.0, "lag": 0.4}), replace(record, measured=noisy), plan)
+    assert (made.plan.integrator, made.plan.substeps, made.substeps) == (None, None, 1)
+    assert made.doubts == ()
+
+
+def test_a_plan_that_changes_the_vehicles_steps_has_its_own(tmp_path):
+    """The number of substeps is the run's all the same: its doubt, if there is one, names both."""
+    recorded(tmp_path / "run.mcap", seconds=4, tick_rate_hz=10, record={"commands": True, "state_rate_hz": 5})
+    told = {"vehicle": {"integrator": "semi_implicit"}}
+    plan = load_plan(told, recording=tmp_path / "run.mcap", agent="usv0")
+    assert (plan.integrator, plan.substeps) == ("vehicle", 2)
 
 
 def test_a_recording_without_commands_says_how_to_have_them(tmp_path):

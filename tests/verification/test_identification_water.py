@@ -11,11 +11,11 @@ from pelagos import jit
 from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification import fit, load_plan, read_record
 from pelagos.identification.doubts import doubts_of_water
-from pelagos.identification.fit import open_loop, shooter_of
+from pelagos.identification.fit import open_loop
 from pelagos.identification.parameters import Family, parameters_of
 from pelagos.identification.preroll import doubts_of_preroll, longer_preroll, preroll_of, settling_s
 from pelagos.identification.problem import cut_shots, moved, shots_at
-from pelagos.identification.shots import Shots
+from pelagos.identification.shots import Shots, shooter_of
 from pelagos.identification.water import depth_told, doubts_of_vary, water_of
 from pelagos.math.either import either
 from pelagos.vehicles.nearby import level_ground

@@ -354,8 +354,14 @@ def test_a_trial_brings_its_own_control_mode():
 def test_vehicles_refuse_what_they_cannot():
     with pytest.raises(InputError, match=r"otter has no ship's rudder .*left_propeller.*; what it can do is .*stop"):
         run_manoeuvre({"type": "otter"}, "turning")
-    with pytest.raises(InputError, match="mariner has no thruster along its hull"):
+    with pytest.raises(
+        InputError, match=r"mariner has no actuators for stop, .* that push along its hull; its own: .+"
+    ):
         run_manoeuvre({"type": "mariner"}, "stop")
+    with pytest.raises(
+        InputError, match=r"remus100 has no actuators for bollard, .*; its own: .*propeller of the type p"
+    ):
+        run_manoeuvre({"type": "remus100"}, "bollard")
     with pytest.raises(LookupFailed, match=r"unknown manoeuvre 'zig-zag' .did you mean 'zigzag'"):
         run_manoeuvre({"type": "otter"}, "zig-zag")
 

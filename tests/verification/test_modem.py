@@ -485,6 +485,31 @@ def test_another_level_of_the_sea_is_that_of_modems_too() -> None:
     assert fates == [["received"], ["in air"], ["received"]]
 
 
+@pytest.mark.parametrize("phase_deg", [50.0, 205.0])
+def test_a_packet_tells_the_depth_that_a_gauge_beside_the_modem_reads(phase_deg: float) -> None:
+    """Tide 3.1 cos(2 pi t / 72 s - phase) [m]: a response from z = -30 tells of 30 m and the level when its modem
+    looks at its queue (ten times a second), to the 3 cm that its vehicle sinks in 1 s; and to 0.1 mm what a depth
+    gauge at its place reads of the pressure then."""
+    gauge = {"type": "depth", "rate_hz": 20, "noise_density": 0, "bias_std_m": 0, "drift_m": 0, "resolution_m": 0}
+    given = scenario(TWO)
+    given["ocean"]["tide"] = [{"amplitude_m": 3.1, "period_h": 0.02, "phase_deg": phase_deg}]
+    given["agents"]["b"]["sensors"]["gauge"] = gauge
+    sim = pl.Simulation.load(given)
+    sim.send("a", "modem", b"", to="b", kind="request")
+    read: dict[int, float] = {}
+    answers: list[Any] = []
+    while not answers and sim.time_ns < 4_000_000_000:
+        found = sim.step()
+        read[sim.time_ns] = float(found["b"]["gauge"].data[0])
+        answers = found["a"]["modem"].extras["packets"][0] if "modem" in found["a"] else []
+    (response,) = answers
+    looked = -(-response.sent_ns // 100_000_000) * 100_000_000
+    level = 3.1 * np.cos(2 * np.pi * looked * 1e-9 / 72.0 - np.deg2rad(phase_deg))
+    assert abs(level) > 1.0
+    assert response.depth_m == pytest.approx(30.0 + level, abs=0.03)
+    assert response.depth_m == pytest.approx(read[looked], abs=1e-4)
+
+
 def test_what_is_under_way_ends_with_a_reset() -> None:
     """200 ms on the way, and no packet of the life before arrives."""
     sim = pl.Simulation.load(scenario(TWO))

@@ -271,6 +271,19 @@ class Ray:
         return self.noisy
 
 
+def test_the_depth_that_a_packet_tells_counts_from_the_level_of_the_sea() -> None:
+    """Senders at z = 0.4 and -6.5 m in two copies of a fleet, a sea 1.25 m above or 2.5 m below z = 0: level - z, which
+    is negative above the water."""
+    for sea, expected in ((1.25, [0.85, 7.75]), (-2.5, [-2.9, 4.0])):
+        radio = [
+            modem_port(f"{name}.m", address=k, kind="light", carrier=Ray(name, 50.0)) for k, name in enumerate("ab")
+        ]
+        traffic = network(*radio, copies=2, sea=sea, depths={"a": [-0.4, 6.5]})
+        say(traffic, "a", "b.m", where=[0, 1])
+        packets, _ = run(traffic, 40)
+        assert [p.depth_m for _, _, p in packets["b"]] == pytest.approx(expected)
+
+
 def test_light_goes_from_the_senders_lamp_to_the_receivers_diode() -> None:
     """Three devices of different makes; nobody asks the water, and the noise is the receiver's own."""
     a, b, c = (

@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pelagos.math.units import KNOT
+
 SHIP_SPEEDS_KN: Final = {
     "fishing": 6.4, "tug": 3.7, "naval": 11.1, "recreational": 10.6, "government": 8.0, "cruise": 17.1,
     "passenger": 9.7, "bulker": 13.9, "containership": 18.0, "vehicle_carrier": 15.8, "tanker": 12.4, "dredger": 9.5,
@@ -24,7 +26,6 @@ SPEED_SLOPE_DB: Final = 60.0
 FREQUENCY_SLOPE_DB: Final = 20.0
 """Fall of a propeller's spectral level with each decade of frequency [dB]."""
 
-_KNOT: Final = 1852.0 / 3600.0  # [m/s]
 _LENGTH: Final = 91.44  # [m], of the ship that the reference spectrum is of: 300 ft
 _LEVEL: Final = 191.0  # K of the spectrum [dB]
 _PEAK: Final = 480.0  # f1 [Hz] at 1 kn
@@ -47,7 +48,7 @@ def ship_level(frequency: float, speed: ArrayLike, *, length: float, ship_class:
     width = 4.0 if ship_class == "cruise" else 3.0
     shape = (1.0 - frequency / peak) ** 2 + width**2
     still = _LEVEL - 20.0 * np.log10(peak) - 10.0 * np.log10(shape) + 20.0 * np.log10(length / _LENGTH)
-    return np.asarray(still + _by_speed(speed, usual * _KNOT))
+    return np.asarray(still + _by_speed(speed, usual * KNOT))
 
 
 def propeller_level(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import Final
+
+from pelagos.math.units import KNOT, LENGTHS, SPEEDS
 
 UNITS: Final = {
     "m": "metres [m]",
@@ -38,9 +41,9 @@ UNITS: Final = {
 }
 
 # What people write beside a number, as a factor to the unit that a key states.
-FACTORS: Final = {
-    "m": {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254, "nmi": 1852.0, "fathom": 1.8288},
-    "mps": {"m/s": 1.0, "mps": 1.0, "kn": 1852 / 3600, "kt": 1852 / 3600, "knots": 1852 / 3600, "km/h": 1 / 3.6},
+FACTORS: Final[Mapping[str, Mapping[str, float]]] = {
+    "m": LENGTHS,
+    "mps": {"m/s": 1.0, "mps": 1.0, "kn": KNOT, "kt": KNOT, "knots": KNOT, "km/h": SPEEDS["km/h"]},
     "s": {"s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0, "ms": 0.001},
     "hz": {"hz": 1.0, "khz": 1000.0, "mhz": 1e6},
     "khz": {"khz": 1.0, "hz": 0.001, "mhz": 1000.0},

@@ -32,9 +32,11 @@ from pelagos.identification.problem import (
     target,
 )
 from pelagos.identification.record import Record
+from pelagos.identification.run_shift import doubts_of_run
+from pelagos.identification.run_steps import MOST, in_run_steps
 from pelagos.identification.search import Found, search
-from pelagos.identification.shots import Shooter, Shots
-from pelagos.identification.steps import MOST, SHARE, finite_substeps, step_shift
+from pelagos.identification.shots import Shooter, Shots, shooter_of
+from pelagos.identification.steps import SHARE, finite_substeps, step_shift
 from pelagos.identification.water import Water, depth_told, water_of
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.model import Model
@@ -173,8 +175,8 @@ def fit(
     began = time.perf_counter()
     if not plan.parameters:
         raise InputError("plan: parameters: name at least one, such as terms.damping.diagonal.0: {}")
-    data = vehicle_with_plan(vehicle, plan)
-    water = water_of(scenario)
+    plan = in_run_steps(plan, record.run, record.step_s)
+    data, water = vehicle_with_plan(vehicle, plan), water_of(scenario)
     known = water.outside(in_air=data["medium"] == "air")
     parameters = parameters_of(plan.parameters, data, known)
     family = Family(_calm(data, plan), parameters, known)
@@ -196,7 +198,8 @@ def fit(
         plan, (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
     )  # fmt: skip
     slow = doubts_of_preroll(plan, end.preroll_s, family.model_at(found.at))
-    return _doubted(made, doubtful, (*slow, *end.doubts))
+    other_steps = doubts_of_run(problem, found, end.sure, record, water)
+    return _doubted(made, doubtful, (*slow, *end.doubts, *other_steps))
 
 
 @dataclass(frozen=True)
@@ -221,10 +224,11 @@ def _solved(family: Family, shooter: Shooter, record: Record, plan: Plan, tell: 
     length_s = max(b for _, b in record.runs) * record.step_s
     all_shots, _ = cut_shots(record, plan, preroll_s)
     shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
-    at = None
+    at, run = None, record.run
+    own = run is not None and run.are(family.data["integrator"], shooter.grid_s / shooter.substeps)
     for turn in range(_TURNS):
         problem, shots, rest = _posed(family, shooter, record, plan, preroll_s)
-        found, sure, shift = _searched(problem, shots, tell, at)
+        found, sure, shift = _searched(problem, shots, tell, at, own=own)
         longer = longer_preroll(plan, preroll_s, family.model_at(found.at), length_s)
         if longer is None or turn == _TURNS - 1:
             break
@@ -249,17 +253,18 @@ def _posed(
 
 
 def _searched(
-    problem: Problem, shots: Shots, tell: Callable[[str], None], at: NDArray[np.float64] | None = None
-) -> tuple[Found, Certainty, NDArray[np.float64]]:
+    problem: Problem, shots: Shots, tell: Callable[[str], None], at: NDArray[np.float64] | None = None, *,
+    own: bool = False,
+) -> tuple[Found, Certainty, NDArray[np.float64]]:  # fmt: skip
     """End of the search with as many substeps as it takes, its certainty, and what the steps still shift `(p,)`.
 
-    `at`: see `search`.
+    `at`: see `search`; `own`: its steps are those of the motion itself, as `integrator: vehicle` says with substeps.
     """
     plan, shooter = problem.plan, problem.shooter
     found = search(problem, shots, iterations=plan.iterations, tell=tell, at=at)
     while True:
         sure = certainty(problem, found, resamplings=plan.bootstrap)
-        if plan.integrator == "vehicle" and plan.substeps is not None:  # the steps are those of the motion itself
+        if plan.substeps is not None and (own or plan.integrator == "vehicle"):
             return found, sure, np.zeros(len(found.at))
         shift = step_shift(problem, found, problem.family.data["integrator"])
         large = (np.abs(shift) > SHARE * NORMAL_95 * sure.fisher).any()
@@ -324,6 +329,7 @@ def open_loop(
         outside: current and offsets by name, as in a plan's paths.
         scenario: see `fit`.
     """
+    plan = in_run_steps(plan, record.run, record.step_s)
     data, water = vehicle_with_plan(vehicle, plan), water_of(scenario)
     given = [Parameter(n, (n,), (1.0,), v, 1.0, -np.inf, np.inf, False) for n, v in (outside or {}).items()]
     for parameter in given:
@@ -338,15 +344,6 @@ def open_loop(
     at = np.array([p.prior for p in given])
     seen, _ = shooter.play(shots, family.compiled_values(at), [], tangents=False)
     return score(shooter, family, at, record, shots), seen, shots
-
-
-def shooter_of(family: Family, record: Record, water: Water | None = None) -> Shooter:
-    """Plays a family's shots with a record's commands."""
-    start = [p.coordinate(p.prior) for p in family.parameters]
-    vehicle = Vehicle(family.config_at(start))
-    return Shooter(
-        vehicle, family.model, family.places, record.commands, record.step_s, water=water, flows=family.flows
-    )
 
 
 def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Record, shots: Shots) -> Score:

@@ -16,14 +16,15 @@ from pelagos.config.unit import UNITS as SUFFIXES
 from pelagos.errors import InputError, LookupFailed
 from pelagos.identification.noise import BeamNoise, SensorNoise, keys_of
 from pelagos.math.constants import STANDARD_GRAVITY
+from pelagos.math.units import LENGTHS, SPEEDS
 
 _DEGREE: Final = math.pi / 180
 COLUMN_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "rad/s": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": _DEGREE, "deg/h": _DEGREE / 3600},
     "m/s^2": {"m/s^2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
     "T": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
-    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-    "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852 / 3600},
+    "m": {unit: LENGTHS[unit] for unit in ("m", "cm", "mm")},
+    "m/s": {unit: SPEEDS[unit] for unit in ("m/s", "cm/s", "mm/s", "kn")},
     "S/m": {"S/m": 1.0, "mS/cm": 0.1, "uS/cm": 1e-4},
     "dbar": {"dbar": 1.0, "bar": 10.0, "mbar": 1e-2, "kPa": 0.1, "Pa": 1e-4},
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,7 +11,7 @@ import yaml
 
 from pelagos.config.swarm import topic_name
 from pelagos.errors import InputError, LookupFailed
-from pelagos.identification.steps import SHORTEST_STEP_S
+from pelagos.identification.run_steps import SHORTEST_STEP_S, run_steps
 from pelagos.sim.command_log import COMMANDS
 from pelagos.sim.record import SCENARIO
 from pelagos.sim.replay import Recording
@@ -29,7 +30,8 @@ COLUMNS: Final[dict[str, tuple[str, float, float]]] = {
 def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
     """Keys of a plan with those columns and commands that it leaves to the recording.
 
-    True motion has no error but that of the run's own steps: a fit takes the same, unless the plan says how. A run
+    True motion has no error but that of the run's own steps: a fit takes the same, whatever its vehicle has, unless the
+    plan says how. A run
     begins with its actuators at rest; those of a recording that begins later, or of sensors, are not known at first.
 
     Args:
@@ -60,7 +62,9 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
             dt_ns = int(recording.metadata["dt_ns"])
             ticks = round(period_ns / dt_ns)
             if 1e-9 * dt_ns >= SHORTEST_STEP_S:  # the error of shorter ones is nothing
-                found |= {"integrator": "vehicle", "substeps": ticks, "step_s": 1e-9 * ticks * dt_ns}
+                run = None if _says_integrator(data) else run_steps(recording, [topic])
+                way = "vehicle" if run is None else run.integrator
+                found |= {"integrator": way, "substeps": ticks, "step_s": 1e-9 * ticks * dt_ns}
     if "commands" not in data:
         topic = _topic(channels, agent, COMMANDS)
         if topic is None:
@@ -71,6 +75,11 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
         found.setdefault("actuators_from", "unknown")
         found["commands"] = {name: f"{topic}.{name}" for name in channels[topic].about["actuators"].split()}
     return found
+
+
+def _says_integrator(data: dict[str, Any]) -> bool:
+    changes = data.get("vehicle")
+    return isinstance(changes, Mapping) and changes.get("integrator") is not None
 
 
 def _topic(channels: Any, agent: str, name: str) -> str | None:

@@ -108,6 +108,8 @@ def _parameter(name: str, config: ParameterConfig, data: Mapping[str, Any], outs
     low = -math.inf if config.low is None else config.low
     high = math.inf if config.high is None else config.high
     if log:
+        if fault := config.off_the_scale(prior):
+            raise InputError(f"{where}: {fault}")
         low, high = (max(low, 1e-300), high) if prior > 0 else (low, min(high, -1e-300))
     if not low <= prior <= high:
         raise InputError(f"{where}: the prior {prior:.6g} is not between {low:g} and {high:g}")

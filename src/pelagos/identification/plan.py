@@ -15,20 +15,23 @@ from pelagos.config.document import Document, Key, read_document
 from pelagos.config.problem import scenario_error
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.identification.coordinates import COORDINATES, UNITS
+from pelagos.math.units import LENGTHS, SPEEDS
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
+Integrator = Literal["conservative", "semi_implicit", "runge_kutta"]
+"""Ways of a vehicle's steps."""
 
+_LENGTHS: Final = ("m", "cm", "mm", "km", "nmi", "ft")
 UNIT_SCALES: Final[dict[str, float]] = {
-    "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "nmi": 1852.0, "ft": 0.3048, "rad": 1.0,
-    "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600,
+    "": 1.0, **{unit: LENGTHS[unit] for unit in _LENGTHS}, "rad": 1.0, "deg": 3.141592653589793 / 180, **SPEEDS,
     "rad/s": 1.0, "deg/s": 3.141592653589793 / 180, "deg/min": 3.141592653589793 / 180 / 60, "s": 1.0, "min": 60.0,
     "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rpm": 3.141592653589793 / 30, "Hz": 2 * 3.141592653589793,
     "N": 1.0, "kN": 1000.0,
 }  # fmt: skip
 """Factors to SI units."""
 UNITS_OF: Final[dict[str, tuple[str, ...]]] = {
-    "m": ("m", "cm", "mm", "km", "nmi", "ft"), "rad": ("rad", "deg"), "m/s": ("m/s", "cm/s", "mm/s", "km/h", "kn"),
+    "m": _LENGTHS, "rad": ("rad", "deg"), "m/s": tuple(SPEEDS),
     "rad/s": ("rad/s", "deg/s", "deg/min", "rpm", "Hz"), "s": ("s", "ms", "us", "ns", "min", "h"),
 }  # fmt: skip
 """Units of a kind, by its SI unit."""
@@ -118,16 +121,33 @@ class ParameterConfig(_Strict):
     high: Number | None = None
     """Largest value."""
     scale: Literal["log", "linear"] = "log"
-    """Log: the sign of the prior is kept. A prior of 0 needs linear."""
+    """Log: the sign of the prior is kept, and bounds have it too. A prior of 0, or a bound, needs linear."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        if self.scale == "log" and "scale" in self.model_fields_set and (fault := self.off_the_scale(self.prior)):
+            raise ValueError(fault)
         paths = 1 if isinstance(self.path, str) else len(self.path)
         if self.factors is not None and len(self.factors) != paths:
             raise ValueError(f"factors: {len(self.factors)} of them, but the number of paths is {paths}; give one each")
         return self
+
+    def off_the_scale(self, prior: float | None) -> str:
+        """The fault of bounds that a log scale about a prior does not reach, in words; empty where there is none."""
+        told = {"prior": prior or None, "low": self.low, "high": self.high}
+        given = {key: value for key, value in told.items() if value is not None}
+        for key, value in given.items():
+            first, sign = next(iter(given.items()))
+            if value == 0:
+                return f"{key} 0 is on no log scale: leave it out, give another, or give scale: linear"
+            if (value > 0) != (sign > 0):
+                return (
+                    f"{first} {sign:g} and {key} {value:g} have different signs, and a log scale keeps that of the "
+                    f"prior: leave {key} out, give it {'above' if sign > 0 else 'below'} 0, or give scale: linear"
+                )
+        return ""
 
     def paths(self, name: str) -> tuple[str, ...]:
         """Paths of the identified quantities."""
@@ -155,12 +175,14 @@ class Plan(_Strict):
     """Parts of the record that are used, from and to [s]; left out: all of it."""
     step_s: Positive | None = None
     """Of the simulation [s]; left out: the record's own, divided until it is at most 0.1 s."""
-    integrator: Literal["conservative", "semi_implicit", "runge_kutta", "vehicle"] | None = None
+    integrator: Integrator | Literal["vehicle"] | None = None
     """Way of the fit's steps; the fitted vehicle keeps its own way, which is `vehicle` here. Left out: that under
-    `vehicle:` of this plan, or `runge_kutta`, whose error is of fourth order."""
+    `vehicle:` of this plan; of a recording of `pelagos run` that of the run; or `runge_kutta`, whose error is of fourth
+    order."""
     substeps: Annotated[int, Field(ge=1, le=60_000)] | None = None
     """Steps of the simulation in one of `step_s`, none shorter than 1 ms; left out: 1, doubled until the steps shift no
-    parameter by more than a tenth of its interval's half."""
+    parameter by more than a tenth of its interval's half; of a recording of `pelagos run` its ticks, if nothing is said
+    of steps and they are 16 or fewer."""
     smooth_s: Positive = 0.6
     """Length of the parabolas through poses whose slope stands for a velocity that is not measured [s]."""
     segment_s: Positive = 15.0

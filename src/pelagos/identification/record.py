@@ -26,6 +26,7 @@ from pelagos.identification.plausibility import (
     plausible,
     steady,
 )
+from pelagos.identification.run_steps import RunSteps, says_its_steps
 from pelagos.identification.table import Table, numeric, read_table
 
 _LONGEST_STEP_S: Final = 0.1
@@ -48,6 +49,7 @@ class Record:
         runs: first and last row + 1 of stretches without a hole.
         assumed: coordinates that were not measured when a shot begins; absent: 0.
         doubts: columns that jump, in words.
+        run: steps of the run that was recorded; None where it was no run, or they are not known.
     """
 
     start_s: float
@@ -58,6 +60,7 @@ class Record:
     runs: tuple[tuple[int, int], ...]
     assumed: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    run: RunSteps | None = None
 
     def values(self, name: str) -> NDArray[np.float64] | None:
         """A coordinate, measured or from slopes; None where there is neither."""
@@ -77,7 +80,7 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
         InputError: a column is missing; times are not in order or occur twice; a cell is not finite; rows are missing;
             a quantity is too large for its unit. Says where, and what to do.
     """
-    table, where, origin = _read(source, plan)
+    table, where, origin, run = _read(source, plan)
     for name in plan.commands:
         if actuators and name not in actuators:
             raise LookupFailed("actuator", name, actuators, where="plan: commands")
@@ -106,21 +109,21 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
         _finite(raw, np.ones(len(time), bool), clock, c.column, where)
         _within(c, f"commands.{name}", clock)
         commands[name] = (time - c.delay_s, raw)
-    return replace(_gridded(clock, time[seen], measured, commands, plan, where), doubts=tuple(doubts))
+    return replace(_gridded(clock, time[seen], measured, commands, plan, where, run), doubts=tuple(doubts))
 
 
-def _read(source: str | Path | Table, plan: Plan) -> tuple[Mapping[str, Any], str, float]:
-    """Columns that a plan names, a name for messages, and what stamps count from [s]."""
+def _read(source: str | Path | Table, plan: Plan) -> tuple[Mapping[str, Any], str, float, RunSteps | None]:
+    """Columns that a plan names, a name for messages, what stamps count from [s], and the steps of a run."""
     if not isinstance(source, (str, Path)):
-        return _given(source), "data", 0.0
+        return _given(source), "data", 0.0, None
     wanted = [c.column for c in (plan.time, *plan.columns.values(), *plan.commands.values())]
     wanted += [name for out in plan.dropouts for name in out.columns]
     if Path(source).suffix != ".mcap":
-        return read_table(source, wanted), str(source), 0.0
-    from pelagos.identification.recording import read_recording
+        return read_table(source, wanted), str(source), 0.0, None
+    from pelagos.identification.recording import read_run
 
-    table, origin = read_recording(Path(source), wanted, {c.column for c in plan.commands.values()})
-    return table, str(source), origin if plan.time.column == "t" else 0.0
+    table, origin, run = read_run(Path(source), wanted, {c.column for c in plan.commands.values()})
+    return table, str(source), origin if plan.time.column == "t" else 0.0, run
 
 
 def _given(source: Any) -> dict[str, Any]:
@@ -226,6 +229,7 @@ def _gridded(
     commands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
     plan: Plan,
     where: str,
+    run: RunSteps | None,
 ) -> Record:
     time, step = clock.t, clock.step_s
     longest = plan.gap_s or 5 * step
@@ -239,7 +243,8 @@ def _gridded(
                 f"{where}: nothing is measured between {clock.say(seen[k])} and {clock.say(seen[k + 1])} s, longer "
                 f"than {longest:.3g} s ({len(inside)} such); give gaps: split, or a larger gap_s"
             )
-    h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - _NEAR)
+    usual = step / np.ceil(step / _LONGEST_STEP_S - _NEAR)
+    h = plan.step_s or (usual if run is None or says_its_steps(plan) else run.grid_s(step, usual))
     if h < _FINEST * step:
         raise InputError(
             f"plan: step_s: {h:g} s is too short for rows that are {step:.4g} s apart; "
@@ -272,7 +277,7 @@ def _gridded(
     if "depth" in found:
         along_its_descent(rate_of(found["depth"], runs, h, plan.smooth_s), found, slopes, plan, where)
     slopes = {name: x for name, x in slopes.items() if name not in found}
-    return Record(clock.start_s, float(h), found, slopes, held, runs, plan.start)
+    return Record(clock.start_s, float(h), found, slopes, held, runs, plan.start, run=run)
 
 
 def _windows(clock: Clock, plan: Plan, where: str) -> list[tuple[float, float]]:

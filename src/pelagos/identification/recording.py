@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError, LookupFailed
+from pelagos.identification.run_steps import RunSteps, run_steps
 from pelagos.math.so3 import euler_np
 from pelagos.messages.numbers import names_in
 from pelagos.sim.replay import Recording
@@ -25,6 +26,13 @@ Stamped = tuple[NDArray[np.int64], NDArray[np.float64]]
 def read_recording(
     path: Path, names: Sequence[str], held: Collection[str] = ()
 ) -> tuple[dict[str, NDArray[np.float64]], float]:
+    """Columns of an MCAP recording, and the time of its first message [s]: see `read_run`."""
+    return read_run(path, names, held)[:2]
+
+
+def read_run(
+    path: Path, names: Sequence[str], held: Collection[str] = ()
+) -> tuple[dict[str, NDArray[np.float64]], float, RunSteps | None]:
     """Columns of an MCAP recording on the times of its most frequent topic, as far as all topics go.
 
     A name is a topic and the fields below its message: `/auv0/pose.pose.position.x`; below a quaternion `roll`, `pitch`
@@ -36,7 +44,7 @@ def read_recording(
         held: those whose value stays from one message to the next, such as commands; others are lines between them.
 
     Returns:
-        the columns, and the time of the first message [s].
+        the columns, the time of the first message [s], and the steps of the run that it is of.
 
     Raises:
         InputError: the recording has no such topic or field, or a topic's times are not in order.
@@ -60,7 +68,8 @@ def read_recording(
             f"{path}: its topics have no time in common: one begins at {origin / 1e9 + first:.10g} s, "
             f"another ends at {origin / 1e9 + last:.10g} s"
         )
-    return {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}, origin * 1e-9
+    columns = {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}
+    return columns, origin * 1e-9, run_steps(recording, [name for name in wanted if name not in held])
 
 
 def read_topic(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:

@@ -20,7 +20,8 @@ from pelagos import jit
 from pelagos.identification.constants import Place, with_numbers
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.depth import deep_model, near_surface
-from pelagos.identification.parameters import Compiled
+from pelagos.identification.parameters import Compiled, Family
+from pelagos.identification.record import Record
 from pelagos.identification.water import Surroundings, Water, water_of
 from pelagos.jit import Array
 from pelagos.math.rotation import from_vector, product
@@ -292,6 +293,15 @@ def _recorded(step: Callable[[list[Array], list[Array], list[Array], Any], list[
         ]
 
     return jit.freeze(step), jit.freeze(pushed)
+
+
+def shooter_of(family: Family, record: Record, water: Water | None = None, *, integrator: str = "") -> Shooter:
+    """Plays a family's shots with a record's commands; `integrator`: another than the family's."""
+    config = family.config_at([p.coordinate(p.prior) for p in family.parameters])
+    vehicle = Vehicle(config.model_copy(update={"integrator": integrator}) if integrator else config)
+    return Shooter(
+        vehicle, family.model, family.places, record.commands, record.step_s, water=water, flows=family.flows
+    )
 
 
 def _step(vehicle: Vehicle, x: list[Array], commands: list[Array], h: Array, around: Surroundings) -> list[Array]:

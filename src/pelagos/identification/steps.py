@@ -12,17 +12,14 @@ from pelagos.errors import InputError
 from pelagos.identification.coordinates import number
 from pelagos.identification.parameters import Family
 from pelagos.identification.problem import Problem
+from pelagos.identification.run_steps import MOST, SHORTEST_STEP_S
 from pelagos.identification.search import Found
 from pelagos.identification.shots import Shooter, Shots
 
-MOST: Final = 16
-"""Substeps that a fit takes by itself."""
 SHARE: Final = 0.1
 """Of the half width of a 95 % interval: shifted by so much, it still covers a normal law's middle 94.6 times in 100."""
 DOUBTED: Final = 0.25
 """Of the same, from which a fit is doubtful: 92 times in 100."""
-SHORTEST_STEP_S: Final = 1e-3 * (1 - 1e-9)
-"""Of the simulation [s]: its error is far below what any record shows."""
 _ORDERS: Final = {"runge_kutta": 4}  # of the others: 1
 
 
@@ -62,9 +59,27 @@ def step_shift(problem: Problem, found: Found, integrator: str) -> NDArray[np.fl
     shooter.divide(2 * substeps)
     finer, _ = shooter.play(shots, problem.family.compiled_values(at), [], tangents=False)
     shooter.divide(substeps)
-    chosen = [number(n) for n in problem.wanted.names]
     order = _ORDERS.get(integrator, 1)
-    error = replace(problem.wanted, wanted=finer[:, chosen]).differences(seen) * 2**order / (2**order - 1)
+    return _shift(problem, found, seen, slopes, finer, 2**order / (2**order - 1))
+
+
+def shift_from(problem: Problem, found: Found, run: Shooter) -> NDArray[np.float64]:
+    """Shift of the parameters, likewise, because the steps of the fit are not those of a run that was recorded `(p,)`:
+    e is the motion in the fit's steps less that in the run's.
+    """
+    seen, slopes = problem.shooter.play(found.shots, problem.family.compiled(found.at), problem.free, tangents=True)
+    assert slopes is not None
+    other, _ = run.play(found.shots, problem.family.compiled_values(found.at), [], tangents=False)
+    return _shift(problem, found, seen, slopes, other, 1.0)
+
+
+def _shift(
+    problem: Problem, found: Found, seen: NDArray[np.float64], slopes: NDArray[np.float64], other: NDArray[np.float64],
+    share: float,
+) -> NDArray[np.float64]:  # fmt: skip
+    """-H^-1 J^T W e, where e is a share of the motion that was seen less another."""
+    at, chosen = found.at, [number(n) for n in problem.wanted.names]
+    error = replace(problem.wanted, wanted=other[:, chosen]).differences(seen) * share
     error = np.where(np.isfinite(problem.wanted.wanted), error, 0.0) / problem.sigma[None, :, None] ** 2
     if not np.isfinite(error).all():
         return np.full(len(at), np.inf)

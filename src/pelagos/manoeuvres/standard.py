@@ -29,6 +29,8 @@ _HELMS: Final = (1.0, 0.5, 0.25, 0.1, 0.05, 0.025)  # of a spiral's largest: clo
 _WAYS: Final = (("astern", "ahead"), ("to port", "to starboard"), ("up", "down"))
 _ALONG, _ACROSS, _UPRIGHT = _WAYS
 _HALF: Final = 0.5  # share of its push with which a thruster counts as one along the hull
+PUSHING: Final = ("thruster", "force_thruster", "curve_thruster", "t200")
+"""Types of actuators with a thrust at their limits, which `bollard` tells and `stop` sets astern."""
 _TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
 
 
@@ -138,7 +140,7 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
             low[k] = actuator.lag.low if actuator.effect[0] > 0 else actuator.lag.high
             ahead.append((k, actuator.lag.high if actuator.effect[0] > 0 else actuator.lag.low))
     if not low:
-        raise InputError(f"{run.vehicle.name} has no thruster along its hull that can be set astern")
+        raise InputError(_without_thruster(run.vehicle, "stop", " that push along its hull"))
     if ordered is None:
         for k, command in ahead:
             run.command[k] = command
@@ -186,8 +188,21 @@ def bollard(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
             least, most = sorted(felt * float(limit) + 0.0 for limit in actuator.thrust_limits)  # 0, not -0
             found += [Measure(f"{name}, {along}", most, "N"), Measure(f"{name}, {against}", least, "N")]
     if not found:
-        raise InputError(f"{run.vehicle.name} has no thruster")
+        raise InputError(_without_thruster(run.vehicle, "bollard"))
     return run.done("bollard", "still water", found + _jet_losses(run.vehicle.model), [])
+
+
+def _without_thruster(vehicle: Vehicle, manoeuvre: str, how: str = "") -> str:
+    """Complaint that no actuator of a vehicle is one for a manoeuvre: what it has, and what would do."""
+    by_type: dict[str, list[str]] = {}
+    for name, config in vehicle.config.actuators.items():
+        if config is not None:
+            by_type.setdefault(config.type, []).append(name)
+    own = "; ".join(f"{', '.join(names)} of the type {kind}" for kind, names in by_type.items()) or "none"
+    return (
+        f"{vehicle.name} has no actuators for {manoeuvre}, which takes those of the types {', '.join(PUSHING)}{how}; "
+        f"its own: {own}"
+    )
 
 
 def _way(actuator: Any) -> tuple[str, str]:

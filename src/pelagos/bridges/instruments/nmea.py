@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import math
 from datetime import UTC, datetime, timedelta
-from typing import Final
 
-KNOT_MPS: Final = 1852.0 / 3600.0
-FOOT_M: Final = 0.3048
-FATHOM_M: Final = 1.8288
+from pelagos.math.units import KNOT, LENGTHS
 
 
 def sentence(body: str) -> bytes:
@@ -56,14 +53,14 @@ def rmc(
 ) -> bytes:
     """Position, speed and course over ground."""
     return sentence(
-        f"{talker}RMC,{_time(at)},A,{_latitude(latitude_deg)},{_longitude(longitude_deg)},{speed_mps / KNOT_MPS:.3f},"
+        f"{talker}RMC,{_time(at)},A,{_latitude(latitude_deg)},{_longitude(longitude_deg)},{speed_mps / KNOT:.3f},"
         f"{compass(course_deg)},{at:%d%m%y},,,A"
     )
 
 
 def vtg(speed_mps: float, course_deg: float, *, talker: str = "GP") -> bytes:
     """Course and speed over ground."""
-    return sentence(f"{talker}VTG,{compass(course_deg)},T,,M,{speed_mps / KNOT_MPS:.3f},N,{speed_mps * 3.6:.3f},K,A")
+    return sentence(f"{talker}VTG,{compass(course_deg)},T,,M,{speed_mps / KNOT:.3f},N,{speed_mps * 3.6:.3f},K,A")
 
 
 def hdt(heading_deg: float, *, talker: str = "HE") -> bytes:
@@ -75,7 +72,7 @@ def dbt(depth_m: float | None, *, talker: str = "SD") -> bytes:
     """Depth below the transducer."""
     if depth_m is None or not math.isfinite(depth_m):
         return sentence(f"{talker}DBT,,f,,M,,F")
-    return sentence(f"{talker}DBT,{depth_m / FOOT_M:.2f},f,{depth_m:.2f},M,{depth_m / FATHOM_M:.2f},F")
+    return sentence(f"{talker}DBT,{depth_m / LENGTHS['ft']:.2f},f,{depth_m:.2f},M,{depth_m / LENGTHS['fathom']:.2f},F")
 
 
 def xdr_pressure(pressure_pa: float, *, name: str = "DEPTH", talker: str = "YX") -> bytes:

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator
 from pelagos.config.rate import Rate
 from pelagos.errors import ScenarioError
 from pelagos.math.so3 import rotate_back_np, rotate_np
+from pelagos.math.units import KNOT
 from pelagos.sensors.comms.link.carrier import Radio
 from pelagos.sensors.comms.link.medium import ModemPose
 from pelagos.sensors.comms.link.modem_port import ModemPort
@@ -20,7 +21,6 @@ from pelagos.sensors.comms.link.reading import read_port
 from pelagos.sensors.comms.radio import radio_port
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
-_KNOT: Final = 1852.0 / 3600.0  # [m/s]
 _STATIC_S: Final = 360.0  # between two messages of static data
 _NO_SECOND: Final = 60  # of the minute: a simulation has no calendar
 _NO_TURN: Final = -128  # no turn indicator
@@ -108,7 +108,7 @@ class Ais:
 
     def _report(self, port: ModemPort, pose: ModemPose, copy: int, count: int) -> tuple[bytes, float]:
         """Next report, and the time until the one after [s]; static data first, and every six minutes."""
-        speed = float(np.hypot(*pose.velocity[copy, :2])) / _KNOT
+        speed = float(np.hypot(*pose.velocity[copy, :2])) / KNOT
         pause = reporting_interval(speed, self._config.ais_class)
         every = max(round(_STATIC_S / pause), 1)
         data = self._static() if count % every == 0 else [self._position(pose, copy, speed)]

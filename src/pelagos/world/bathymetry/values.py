@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import WorldError
+from pelagos.math.units import LENGTHS
 from pelagos.world.bathymetry.survey import Grid, Soundings
 
 Survey: TypeAlias = Grid | Soundings
 Unit: TypeAlias = Literal["auto", "m", "cm", "km", "ft", "us_ft", "fathom"]
 
-METRES: Final[dict[str, float]] = {"m": 1.0, "cm": 0.01, "km": 1000.0, "ft": 0.3048, "us_ft": 1200 / 3937,
-                                   "fathom": 1.8288}  # fmt: skip
+METRES: Final[dict[str, float]] = {**{unit: LENGTHS[unit] for unit in ("m", "cm", "km", "ft", "fathom")},
+                                   "us_ft": 1200 / 3937}  # fmt: skip
 """Metres in a unit of heights. International foot and fathom; US survey foot as defined in 1893."""
 _NAMES: Final[dict[str, tuple[str, ...]]] = {
     "m": ("m", "metre", "meter", "metres", "meters", "mt"),

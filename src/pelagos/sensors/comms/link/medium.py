@@ -19,7 +19,7 @@ from pelagos.ocean.surface_wind import surface_wind
 from pelagos.sensors.comms.link.budget import NOTHING, HeardSignal, sum_arrivals, sum_db
 from pelagos.sensors.comms.link.modem_port import FIRST_MMSI, ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST
-from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, shift_arrivals
+from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, sea_level, shift_arrivals
 from pelagos.sensors.mount import Mounted, sensor_pose, sensor_velocity
 from pelagos.sensors.noise import BatchPath
 
@@ -34,7 +34,6 @@ _FRESH_S: Final = (
     2.0,
 )  # how long a link holds: where nothing moves but its ends, and where something may stand in
 _RAYS: Final = 256
-_REFERENCE_HZ: Final = 25_000.0  # of the tracer that is asked for the sea's level
 _BOUNCES: Final = 6
 _ADDRESSES: Final = 65_536
 
@@ -182,8 +181,8 @@ class SharedMedium:
         return ModemPose(whole.position[rows], whole.attitude[rows], whole.velocity[rows])
 
     def level(self, t: float) -> float:
-        """Of the sea [m]."""
-        return self._tracer(_REFERENCE_HZ).level(t)
+        """Of the sea [m]; waves left out."""
+        return sea_level(self._context.ocean, t)
 
     def hear(
         self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, ModemPose], t: float,

@@ -32,7 +32,7 @@ class Packet:
         doppler: received over sent frequency.
         range_m: of a response: from the time since the request, at the modem's own sound speed [m]; NaN else.
         azimuth_rad, elevation_rad: where the sound came from, in the frame of a receiver with an array; NaN else.
-        depth_m: that the sender reports of itself [m].
+        depth_m: that the sender reports of itself: below the sea's level, tide included, waves left out [m].
         tag: text that comes along without taking time, for protocols above.
     """
 
@@ -119,7 +119,7 @@ class Transmission:
         copy: of the fleet.
         start_ns, end_ns: at the sender [ns].
         clock_s: of the sender at the start [s].
-        depth_m: of the sender [m].
+        depth_m: of the sender below the sea's level [m].
     """
 
     number: int

@@ -180,6 +180,7 @@ class Traffic:
     def _transmit(self, started: list[tuple[int, int, Outgoing, int]], now: int) -> None:
         sent: list[Transmission] = []
         poses: dict[int, ModemPose] = {}
+        level = self._medium.level(now * 1e-9)
         for k, c, outgoing, start in started:
             port, station = self._ports[k], self._stations[k][c]
             poses.setdefault(k, self._medium.pose(port.path))
@@ -191,12 +192,12 @@ class Traffic:
             clock = self.clock(k, c, start)
             if outgoing.kind == "request":
                 station.asked = {**dict(list(station.asked.items())[1 - _ASKED :]), outgoing.number: clock}
-            depth = -float(poses[k].position[c, 2])
+            depth = level - float(poses[k].position[c, 2])
             sent.append(Transmission(outgoing.number, outgoing, k, c, start, end, clock, depth))
         for kind in sorted({self._ports[t.sender].kind for t in sent}):
-            self._spread([t for t in sent if self._ports[t.sender].kind == kind], poses, now)
+            self._spread([t for t in sent if self._ports[t.sender].kind == kind], poses, now, level)
 
-    def _spread(self, sent: Sequence[Transmission], poses: dict[int, ModemPose], now: int) -> None:
+    def _spread(self, sent: Sequence[Transmission], poses: dict[int, ModemPose], now: int, level: float) -> None:
         """Transmissions of one kind on their way to all that may hear them."""
         pairs, which = [], []
         for t in sent:
@@ -211,12 +212,12 @@ class Traffic:
         if not pairs:
             return
         self._medium.place()
-        carrier, level = self._ports[sent[0].sender].carrier, math.inf
+        carrier = self._ports[sent[0].sender].carrier
         if carrier is None:
             lag = [(now - t.start_ns) * 1e-9 for t in which]
             heard = self._medium.hear(pairs, poses, now * 1e-9, self._cache, lag)
-            level = self._medium.level(now * 1e-9)
         else:
+            level = math.inf
             ends = [(p, self._ports[p[0]].carrier, self._ports[p[1]].carrier) for p in pairs]
             heard = [sends.hear(p, poses, now * 1e-9, hears) for p, sends, hears in ends if sends is not None]
         for t, (_, r, c), h in zip(which, pairs, heard, strict=True):

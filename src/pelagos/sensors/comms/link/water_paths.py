@@ -111,8 +111,7 @@ class WaterPaths:
 
     def level(self, t: float) -> float:
         """Of the sea at a time [m]; waves left out."""
-        tide = self._ocean.tide
-        return 0.0 if tide is None else float(np.array(tide.level(jit.Float64(t)))[0])
+        return sea_level(self._ocean, t)
 
     def trace(
         self, source: NDArray[np.float64], receiver: NDArray[np.float64], t: float, copy: NDArray[np.int64],
@@ -293,6 +292,11 @@ class WaterPaths:
         temperature, salinity = np.array(masses.temperatures), np.array(masses.salinities)
         rows = thinned(depth, speed, levels=400, error=1e-3)
         return depth[rows], speed[rows], self._absorption(temperature[rows], salinity[rows], depth[rows])
+
+
+def sea_level(ocean: Ocean, t: float) -> float:
+    """Height of the sea over z = 0 at a time [s] [m]: its tide; waves left out."""
+    return 0.0 if ocean.tide is None else float(np.array(ocean.tide.level(jit.Float64(t)))[0])
 
 
 def _continued(
