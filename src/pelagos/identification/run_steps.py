@@ -32,7 +32,7 @@ class RunSteps:
         return integrator == self.integrator and abs(step_s - self.tick_s) <= _SAME * self.tick_s
 
     def ticks(self, step_s: float) -> int | None:
-        """How many of them a step is; None where it is no whole number of them."""
+        """Number of ticks in a step of so many seconds; None where it is no whole one."""
         found = round(step_s / self.tick_s)
         return found if found and abs(found * self.tick_s - step_s) <= _SAME * step_s else None
 
