@@ -414,6 +414,10 @@ def test_the_middle_line_of_a_pipe():
     assert 3 < len(line) < 30
     for p in line:
         assert np.hypot(*(middle - p).T).min() < 0.8
+    for seed in range(6):  # in whatever order a body's corners stand
+        mixed = np.random.default_rng(seed).permutation(vertices)
+        again = middle_line([SimpleNamespace(name="pipe", vertices=mixed)], "pipe", where="m")
+        np.testing.assert_allclose(again, line, rtol=0, atol=1e-9)
     with pytest.raises(LookupFailed, match="did you mean 'pipe'"):
         middle_line([SimpleNamespace(name="pipe", vertices=vertices)], "pip", where="m")
     cube = SimpleNamespace(name="cube", vertices=np.random.default_rng(1).uniform(-20, 20, (200, 3)))

@@ -28,6 +28,7 @@ def middle_line(geometries: list[Geometry], name: str, *, where: str) -> NDArray
     vertices = np.concatenate([np.asarray(g.vertices, dtype=np.float64)[:, :2] for g in found])
     middle = vertices.mean(axis=0)
     _, _, axes = np.linalg.svd(vertices - middle, full_matrices=False)
+    axes *= np.sign(axes[[0, 1], np.abs(axes).argmax(axis=1)])[:, None]  # whichever way the decomposition took
     along, across = (vertices - middle) @ axes.T[:, 0], (vertices - middle) @ axes.T[:, 1]
     length = float(np.ptp(along))
     if length < LONG * SLICE_M or length < LONG * float(np.ptp(across)):
