@@ -94,6 +94,9 @@ class Water:
     def noise(self, port: Any) -> float:
         return 40.0
 
+    def level(self, t: float) -> float:
+        return 1.7
+
     def find(self, name: str) -> str:
         return name
 
