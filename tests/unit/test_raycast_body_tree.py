@@ -200,3 +200,29 @@ def test_a_kernel_that_sees_both_scenes_is_compiled_once():
                 dr.eval(cast(shot))
                 found.add(tuple(str(k["hash"]) for k in dr.kernel_history([dr.KernelType.JIT])))
         assert len(found) == 1
+
+
+def test_a_drift_is_a_move_of_the_bodies_that_a_ray_meets():
+    """Hits of rays with a drift d: those of the same rays where all bodies stand by d farther."""
+    bodies = [body(k % 2, 10 + k) for k in range(9)]
+    place, q = poses(9, seed=3)
+    speed, spin = np.random.default_rng(5).normal(size=(2, 9, 3))
+    drift = np.array([0.31, -0.22, 0.17])
+    scene = Scene([])
+    scene.set_moving([(g, 0) for g in bodies])
+    cast = scene.compile(lambda caster, r: caster.cast(r))
+    shadow = scene.compile(lambda caster, r: caster.occluded(r))
+    plain = fan(4000, place)
+    scene.move(place, q, speed, spin)
+    drifting = replace(plain, drift=jit.Array3f(*(jit.Float(np.full(4000, d, np.float32)) for d in drift)))
+    found, blocked = cast(drifting), np.array(shadow(drifting))
+    scene.move(place + drift, q, speed, spin)
+    moved, covered = cast(plain), np.array(shadow(plain))
+    same = np.array(found.instance) == np.array(moved.instance)
+    assert same.mean() > 0.999  # all but those that graze an edge
+    assert (blocked == covered).mean() > 0.999
+    hit = same & np.array(moved.valid)
+    assert hit.sum() > 400
+    for name, error in (("t", 3e-4), ("position", 3e-4), ("place", 3e-4), ("normal", 1e-3), ("velocity", 1e-3)):
+        own, other = (np.array(getattr(hits, name))[..., hit] for hits in (found, moved))
+        assert np.quantile(np.abs(own - other), 0.99) < error, name
