@@ -14,6 +14,7 @@ from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification import beam_faults, noise
 from pelagos.identification.allan_terms import _weighed, terms_of
 from pelagos.identification.certainty import _memory
+from pelagos.identification.clock import clock_of
 from pelagos.identification.command_units import _SCALES, _units_like
 from pelagos.identification.doubts import _surely_larger
 from pelagos.identification.plan import UNIT_SCALES, UNITS_OF, ColumnConfig
@@ -164,6 +165,15 @@ def test_units_of_fits_are_their_definitions():
     assert pytest.approx({"": 1.0, **known}, rel=1e-12) == UNIT_SCALES
     for unit, factor in known.items():
         assert ColumnConfig(column="a", unit=unit, scale=-2.5).factor == pytest.approx(-2.5 * factor, rel=1e-12)
+
+
+@pytest.mark.parametrize(("unit", "scale", "share"), [("ms", 1.0, 1e-3), ("s", 0.5, 0.5), ("min", 1.0, 60.0)])
+def test_times_count_from_the_zero_of_their_column(unit, scale, share):
+    """value = scale x unit x (column - zero), from what the stamps count from."""
+    stamps = 1700 + 25 * np.arange(12)
+    clock = clock_of(stamps, ColumnConfig(column="t", unit=unit, scale=scale, zero=1400.0), "here", 12.5)
+    assert clock.start_s == pytest.approx(12.5 + 300 * share, rel=1e-12)
+    assert clock.t == pytest.approx(25 * share * np.arange(12), rel=1e-12)
 
 
 def test_commands_of_an_actuator_may_have_any_unit_of_its_kind():
