@@ -167,7 +167,7 @@ def test_units_of_fits_are_their_definitions():
         assert ColumnConfig(column="a", unit=unit, scale=-2.5).factor == pytest.approx(-2.5 * factor, rel=1e-12)
 
 
-@pytest.mark.parametrize(("unit", "scale", "share"), [("ms", 1.0, 1e-3), ("s", 0.5, 0.5), ("min", 1.0, 60.0)])
+@pytest.mark.parametrize(("unit", "scale", "share"), [("ms", 1.0, 1e-3), ("s", 0.05, 0.05), ("min", 1e-3, 0.06)])
 def test_times_count_from_the_zero_of_their_column(unit, scale, share):
     """value = scale x unit x (column - zero), from what the stamps count from."""
     stamps = 1700 + 25 * np.arange(12)
