@@ -93,3 +93,28 @@ def test_a_plan_that_says_nothing_of_steps_takes_those_of_the_run():
         assert says_its_steps(own)
         assert in_run_steps(own, run, 0.1) is own
     assert not says_its_steps(load_plan({**PLAN, "vehicle": {"length_m": 2.0}}))
+
+
+@pytest.mark.parametrize(("member", "integrator"), [
+    (0, "semi_implicit"), (1, "runge_kutta"), (2, "semi_implicit"), (3, None), (4, None), (5, "conservative"),
+])  # fmt: skip
+def test_a_member_may_have_a_way_of_its_own(member, integrator):
+    """By an override; one of another vehicle leaves the word to the catalogue."""
+    text = """
+agents:
+  usv:
+    count: 6
+    vehicle: {type: otter, integrator: semi_implicit}
+    overrides:
+      1: {vehicle: {integrator: runge_kutta}}
+      2: {vehicle: {mass_kg: 95}}
+      3: {vehicle: {type: wamv}}
+      4: {vehicle: wamv}
+      5: {vehicle: {type: wamv, integrator: conservative}}
+"""
+    told = SimpleNamespace(
+        channels={"/it": SimpleNamespace(about={"agent": f"usv[{member}]"})},
+        attachments={"scenario.yaml": text.encode()}, metadata={"dt_ns": "50000000"},
+    )  # fmt: skip
+    found: Any = run_steps(told, ["/it.x"])  # type: ignore[arg-type]
+    assert (found and found.integrator) == integrator

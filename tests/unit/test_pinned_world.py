@@ -21,7 +21,7 @@ from pelagos.vehicles.shape import stations
 from pelagos.vehicles.terms import air
 from pelagos.world import border, clearance, terrain
 from pelagos.world.bathymetry import projection, triangles, values
-from pelagos.world.generate import relief, scatter, sediments
+from pelagos.world.generate import pipeline, relief, scatter, sediments
 from pelagos.world.large import ground
 
 F = jit.Float64
@@ -371,3 +371,18 @@ def test_light_along_a_way_with_a_source_that_is_linear_between_depths(sign):
                 shone = values_at[before] + (values_at[i] - values_at[before]) * way / h
                 light = light * math.exp(-rate * h) + (weight * h / 2 * shone / s * np.exp(-rate * (h - way))).sum()
             assert found[i, k, 0] == pytest.approx(light, rel=1e-6)
+
+
+@pytest.mark.parametrize("length", [36.0, 42.6, 42.7, 42.84, 42.951, 42.96, 43.0, 54.9])
+def test_a_pipe_is_closed_wherever_its_last_collar_lies(length):
+    """Collars are 12.2 m apart from 6.1 m on, half a metre long: at 42.7 m one stands at the end, at 36 m a metre does."""
+    path = np.stack([np.linspace(-0.6, 0.6, 40), np.linspace(-0.8, 0.8, 40)], -1) * length / 2
+    pipe = pipeline.Pipeline(path, 0.4, np.zeros(40), (10.0, 20.0))
+    bed = terrain.HeightField(-50.0, -60.0, 2.0, np.full((51, 61), -17.0))
+    made = pipeline.pipe_mesh(pipe, bed)
+    assert np.isfinite(made.vertices).all()
+    assert made.closed
+    assert np.ptp(made.vertices @ [0.6, 0.8, 0.0]) == pytest.approx(length, rel=1e-9)
+    collars = 1 + int((length - 6.1) / 12.2)
+    plain = 0.5 * 24 * math.sin(2 * math.pi / 24) * 0.4**2 * length  # of a prism of 24 sides
+    assert plain < made.volume < plain * (1 + 0.3 * 0.52 * collars / length)  # collars are 1.14 times as thick

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -423,6 +424,24 @@ def test_the_middle_line_of_a_pipe():
     cube = SimpleNamespace(name="cube", vertices=np.random.default_rng(1).uniform(-20, 20, (200, 3)))
     with pytest.raises(ScenarioError, match="no middle line"):
         middle_line([cube], "cube", where="m")
+
+
+@pytest.mark.parametrize(
+    ("corners", "place"),
+    [
+        ([(-40, -4), (10, -4), (-10, 4), (40, 4)], r"x -?\d+\.\d, y -?[0-4]\.\d m, where it takes 8\.\d m across"),
+        ([(-40, -4), (3, -4), (3, 4), (40, 4)], r"x [234]\.\d, y -?[0-4]\.\d m, where it takes 8\.\d m across"),
+    ],
+)
+def test_a_pipe_that_turns_back_or_steps_aside_has_no_one_middle_line(corners, place):
+    """Legs 8 m apart, and a step of 8 m, of a pipe 0.5 m thick; the axis of its corners is turned by some degrees."""
+    points = np.array(corners, float)
+    way = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(points)])
+    turn = np.arange(12) * np.pi / 6
+    ring = 0.25 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    vertices = np.concatenate([np.c_[way + r, np.zeros(len(way))] for r in ring])
+    with pytest.raises(ScenarioError, match=place):
+        middle_line([SimpleNamespace(name="pipe", vertices=vertices)], "pipe", where="m")
 
 
 def test_the_rate_of_a_circles_course_is_its_derivative_along_the_way() -> None:

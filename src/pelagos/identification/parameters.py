@@ -112,7 +112,8 @@ def _parameter(name: str, config: ParameterConfig, data: Mapping[str, Any], outs
             raise InputError(f"{where}: {fault}")
         low, high = (max(low, 1e-300), high) if prior > 0 else (low, min(high, -1e-300))
     if not low <= prior <= high:
-        raise InputError(f"{where}: the prior {prior:.6g} is not between {low:g} and {high:g}")
+        lowest, highest = (0.0 if log and bound in (1e-300, -1e-300) else bound for bound in (low, high))
+        raise InputError(f"{where}: the prior {prior:.6g} is not between {lowest:g} and {highest:g}")
     spread = config.spread or (_SPREAD if log else 1.0 if known else abs(prior) or 1.0)
     return Parameter(name, paths, tuple(factors), prior, spread, low, high, log)
 

@@ -12,7 +12,10 @@ from pelagos.identification.water import Water
 
 
 def doubts_of_run(problem: Problem, found: Found, sure: Certainty, record: Record, water: Water) -> tuple[str, ...]:
-    """Parameters that would come out otherwise in the run's own steps, in words; one play of the shots tells."""
+    """Parameters that would come out otherwise in the run's own steps, in words; one play of the shots tells.
+
+    How far is told for `loss: squares` alone: other losses weigh what the steps add otherwise than what was there.
+    """
     run, family, shooter = record.run, problem.family, problem.shooter
     integrator, step_s = family.data["integrator"], shooter.grid_s / shooter.substeps
     if run is None or run.are(integrator, step_s):
@@ -22,7 +25,7 @@ def doubts_of_run(problem: Problem, found: Found, sure: Certainty, record: Recor
     in_its_steps.divide(ticks)
     shift = shift_from(problem, found, in_its_steps)
     shifted = [
-        f"{p.name} by {float(x) * p.slope(at):+.2g}"
+        f"{p.name} by {float(x) * p.slope(at):+.2g}" if problem.plan.loss == "squares" else p.name
         for p, x, at, fisher in zip(family.parameters, shift, found.at, sure.fisher, strict=True)
         if abs(x) > DOUBTED * NORMAL_95 * fisher
     ]

@@ -71,10 +71,18 @@ def _scenario(text: bytes) -> Any:
 
 def _integrator(scenario: Any, agent: str) -> str:
     """The word of a scenario, as it was recorded, on an agent's vehicle; empty where there is none."""
-    node = scenario
-    for key in ("agents", group_of(agent), "vehicle", "integrator"):
+    entry, number = _at(scenario, "agents", group_of(agent)), agent.partition("[")[2].rstrip("]")
+    own = _at(entry, "overrides", int(number), "vehicle") if number.isdigit() else None
+    told = _at(own, "integrator")
+    if own is not None and not told and (not isinstance(own, Mapping) or "type" in own):
+        return ""  # another vehicle than the group's, whose word the scenario leaves to the catalogue
+    return str(told or _at(entry, "vehicle", "integrator") or "")
+
+
+def _at(node: Any, *keys: str | int) -> Any:
+    for key in keys:
         node = node.get(key) if isinstance(node, Mapping) else None
-    return str(node or "")
+    return node
 
 
 def says_its_steps(plan: Plan) -> bool:

@@ -24,7 +24,8 @@ class Follow(Levelled):
     distance_m: float = Field(default=5.0, gt=0)
     """Distance kept from the wall [m]."""
     pipeline: str | None = None
-    """Name of a long body of the world, such as `pipeline`; its middle line is followed from the nearer end."""
+    """Name of a long body of the world, such as `pipeline`; its middle line, through slices 2 m thick, is
+    followed from the nearer end."""
     seconds: float | None = Field(default=None, gt=0)
     """How long [s]; a pipeline's end ends the leg by itself."""
     speed_mps: float | None = Field(default=None, gt=0)

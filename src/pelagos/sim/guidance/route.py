@@ -16,11 +16,11 @@ TOLERANCE_M: Final = 0.3  # points are left out where the line stays within this
 
 
 def middle_line(geometries: list[Geometry], name: str, *, where: str) -> NDArray[np.float64]:
-    """`(k, 2)` x, y [m] along the body called `name`.
+    """`(k, 2)` x, y [m] along the body called `name`: through the middles of slices across its longest extent.
 
     Raises:
         LookupFailed: no body has this name.
-        ScenarioError: the body is not long.
+        ScenarioError: the body is not long, or turns back or steps aside within a slice.
     """
     found = [g for g in geometries if g.name == name]
     if not found:
@@ -38,6 +38,16 @@ def middle_line(geometries: list[Geometry], name: str, *, where: str) -> NDArray
         )
     number = np.clip(((along - along.min()) / length * round(length / SLICE_M)).astype(int), 0, None)
     used = np.unique(number)
+    wide = np.array([np.ptp(across[number == k]) for k in used])
+    if wide.max() > 2 * np.median(wide) + 2 * SLICE_M:
+        x, y = (
+            middle + [along[number == used[wide.argmax()]].mean(), across[number == used[wide.argmax()]].mean()] @ axes
+        )
+        raise ScenarioError(
+            f"{name!r} turns back or steps aside about x {x:.1f}, y {y:.1f} m, where it takes {wide.max():.1f} m "
+            f"across its way, {np.median(wide):.1f} m elsewhere: it has no one middle line to follow; give waypoints",
+            where=where,
+        )
     line = np.array([[along[number == k].mean(), across[number == k].mean()] for k in used])
     line[0, 0], line[-1, 0] = along.min(), along.max()
     return np.asarray(middle + _thinned(line) @ axes)

@@ -69,6 +69,8 @@ def pipe_mesh(pipe: Pipeline, ground: HeightField) -> Mesh:
     collars = np.arange(_JOINT / 2, along[-1], _JOINT)
     edges = [c + d for c in collars for d in (-0.26, -0.25, 0.25, 0.26)]
     stations = np.unique(np.concatenate([np.arange(0, along[-1], 1.0), [along[-1]], edges]))
+    stations = stations[stations <= along[-1]]  # the last collar may be cut off
+    stations = stations[np.append(np.diff(stations) > 1e-6, True)]  # a pipe of whole metres ends where its last one is
     z = pipe.levels(ground)
     points = np.stack([np.interp(stations, along, c) for c in (pipe.path[:, 0], pipe.path[:, 1], z)], axis=1)
     near = np.abs(stations[:, None] - collars).min(axis=1)
