@@ -159,18 +159,34 @@ def test_without_its_attachment_a_group_stays_one_topic(both: tuple[Path, Path],
     assert found.message("/env0/auv/imu/data_raw", 5).message.valid.sum() == 10
 
 
-def test_a_resumed_run_writes_the_same_recording(tmp_path: Path) -> None:
+@pytest.mark.parametrize("groups", ["by_member", "together"])
+@pytest.mark.parametrize("beyond_s", [0.0, 0.3])
+def test_a_resumed_run_writes_the_same_recording(beyond_s: float, groups: str, tmp_path: Path) -> None:
+    """From a checkpoint that was the end, and from one beyond which the stopped run had gone.
+
+    Commands act from the time of their message on, and navigation is solved when a step begins: both at k / (10 Hz)
+    for k = 0 ... 19, once, and not at the end of 2 s.
+    """
+    asked = scenario(groups)
+    asked["record"]["commands"] = True
     whole, parts = tmp_path / "whole.mcap", tmp_path / "parts.mcap"
-    pl.Simulation.load(scenario("together")).run(2.0, record=whole)
-    sim = pl.Simulation.load(scenario("together"))
+    pl.Simulation.load(asked, n=2).run(2.0, record=whole)
+    sim = pl.Simulation.load(asked, n=2)
     with open_recorder(parts, sim) as recorder:
         sim.run(1.0, record=recorder)
         keep(sim, recorder, tmp_path)
-    sim = pl.Simulation.load(scenario("together"))
+        if beyond_s:
+            sim.run(beyond_s, record=recorder)
+    sim = pl.Simulation.load(asked, n=2)
     sim.restore(last_checkpoint(tmp_path))
     with resumed_recorder(parts, sim) as recorder:
         sim.run(1.0, record=recorder)
-    assert everything(Recording(parts)) == everything(Recording(whole))
+    found, expected = everything(Recording(parts)), everything(Recording(whole))
+    told = [topic for topic in expected if topic.endswith(("/actuator_commands", "/navigation"))]
+    assert len(told) == 2 * (12 + 10)
+    for topic in told:
+        assert [t_ns for t_ns, _ in found[topic]] == [100_000_000 * k for k in range(20)]
+    assert found == expected
 
 
 @pytest.mark.usefixtures("no_pictures")

@@ -14,7 +14,7 @@ from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.mcap_reader import RawRecord, Walk, parse, scan_chunk
 from pelagos.sim.mcap_writer import CHANNELS, listed_channels
 from pelagos.sim.record import Recorder
-from pelagos.sim.run_log import open_recorder
+from pelagos.sim.run_log import of_the_next_step, open_recorder
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
@@ -60,6 +60,8 @@ def last_checkpoint(folder: Path) -> Checkpoint:
 def resumed_recorder(path: Path, sim: Simulation) -> Recorder:
     """A recorder at `path` that holds what the recording there has up to the simulation's time, and goes on.
 
+    What the step from that time on writes down at its beginning, as commands, belongs to what comes.
+
     The old file stands until the new one holds all of that.
 
     Raises:
@@ -69,7 +71,7 @@ def resumed_recorder(path: Path, sim: Simulation) -> Recorder:
     fresh.unlink(missing_ok=True)
     recorder = open_recorder(fresh, sim)
     try:
-        _take_over(path, recorder, sim.time_ns)
+        _take_over(path, recorder, sim.time_ns, of_the_next_step(recorder, sim))
         recorder.sync()
         recorder.rename(path)
     except BaseException:
@@ -79,7 +81,8 @@ def resumed_recorder(path: Path, sim: Simulation) -> Recorder:
     return recorder
 
 
-def _take_over(path: Path, recorder: Recorder, until_ns: int) -> None:
+def _take_over(path: Path, recorder: Recorder, until_ns: int, later: set[int]) -> None:
+    """Copy what was up to a time, on the channels `later` what was before it."""
     channels: dict[int, int] = {}
 
     def declare(number: int, topic: str) -> None:
@@ -100,8 +103,9 @@ def _take_over(path: Path, recorder: Recorder, until_ns: int) -> None:
                     raw = bytes(record.payload)
 
                     def on_message(channel: int, t_ns: int, start: int, end: int, raw: bytes = raw) -> None:
-                        if channel in channels and t_ns <= until_ns:
-                            recorder.copy(channels[channel], t_ns, raw[start:end])
+                        to = channels.get(channel)
+                        if to is not None and (t_ns < until_ns or (t_ns == until_ns and to not in later)):
+                            recorder.copy(to, t_ns, raw[start:end])
 
                     scan_chunk(raw, on_message, on_record)
                 elif record.opcode == Opcode.ATTACHMENT:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.config.loader import to_yaml
+from pelagos.config.swarm import group_of
 from pelagos.math.so3 import rotate_back_np
-from pelagos.sim.command_log import CommandLog, declare_commands
+from pelagos.sim.command_log import COMMANDS, CommandLog, declare_commands
 from pelagos.sim.guidance.outline import outline, start_of
 from pelagos.sim.prop_log import PropLog
 from pelagos.sim.record import Recorder
@@ -154,3 +155,17 @@ def open_recorder(path: Path, sim: Simulation, *, writer: Any = None, by_member:
         )  # fmt: skip
     made.begin()
     return made
+
+
+def of_the_next_step(recorder: Recorder, sim: Simulation) -> set[int]:
+    """Numbers of the channels whose messages at a tick come with the step that begins there, not with that before.
+
+    These are the commands that act in it, and what navigation knows, which is worked out when a step asks for it.
+    """
+    topics: set[str] = set()
+    for name, agent in sim.model.agents.items():
+        if sim.scenario.record.commands:
+            topics |= {f"/{place}/{COMMANDS}" for place in recorder.places(name)}
+        if agent.config.navigation.type != "truth":
+            topics |= {f"/{place}/navigation" for who in (name, group_of(name)) for place in recorder.places(who)}
+    return {number for number in map(recorder.number, topics) if number is not None}
