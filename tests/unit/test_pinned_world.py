@@ -375,7 +375,7 @@ def test_light_along_a_way_with_a_source_that_is_linear_between_depths(sign):
 
 @pytest.mark.parametrize("length", [36.0, 42.6, 42.7, 42.84, 42.951, 42.96, 43.0, 54.9])
 def test_a_pipe_is_closed_wherever_its_last_collar_lies(length):
-    """Collars are 12.2 m apart from 6.1 m on, half a metre long: at 42.7 m one stands at the end; 36 m are whole metres."""
+    """Collars are 12.2 m apart from 6.1 m on, half a metre long: one stands at 42.7 m; 36 m are whole metres."""
     path = np.stack([np.linspace(-0.6, 0.6, 40), np.linspace(-0.8, 0.8, 40)], -1) * length / 2
     pipe = pipeline.Pipeline(path, 0.4, np.zeros(40), (10.0, 20.0))
     bed = terrain.HeightField(-50.0, -60.0, 2.0, np.full((51, 61), -17.0))
