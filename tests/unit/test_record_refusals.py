@@ -8,6 +8,7 @@ import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -247,6 +248,7 @@ class Standing:
     """As much of a simulation as a resumed recording needs."""
 
     time_ns = 50_000_000
+    model = SimpleNamespace(agents={})
 
 
 @pytest.fixture
