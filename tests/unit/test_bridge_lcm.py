@@ -6,6 +6,7 @@ import importlib
 import math
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -138,6 +139,9 @@ def test_a_run_speaks_lcm(classes: Any) -> None:
     )
     lcm.publish("/rov/cmd_vel", b"rubbish")
     exchange.run(2.0)
+    deadline = time.monotonic() + 20.0
+    while len(got.get("rov/imu", ())) < 101 and time.monotonic() < deadline:
+        time.sleep(0.01)  # the door's thread hands them over, until it is closed
     report = exchange.close()
     assert len(got["rov/imu"]) == 101
     imu = classes.IMUSensor.decode(got["rov/imu"][-1])
