@@ -28,7 +28,7 @@ class RunSteps:
     tick_s: float
 
     def are(self, integrator: str, step_s: float) -> bool:
-        """Whether steps of so many seconds are the same."""
+        """True for steps of the same way and length."""
         return integrator == self.integrator and abs(step_s - self.tick_s) <= _SAME * self.tick_s
 
     def ticks(self, step_s: float) -> int | None:
@@ -86,7 +86,7 @@ def _at(node: Any, *keys: str | int) -> Any:
 
 
 def says_its_steps(plan: Plan) -> bool:
-    """Whether a plan says anything of the fit's steps."""
+    """True for a plan that says anything of the fit's steps."""
     said = (plan.integrator, plan.substeps, plan.step_s, plan.vehicle.get("integrator"))
     return any(word is not None for word in said)
 

@@ -12,6 +12,7 @@ from pelagos.raycast.geometry import Geometry
 
 SLICE_M: Final = 2.0  # the body is cut across its longest extent this often
 LONG: Final = 4.0  # times its width: a shorter body has no middle line
+FOLDED: Final = 2.0  # times a usual slice's width and thickness: a wider one has more than one piece of the way in it
 TOLERANCE_M: Final = 0.3  # points are left out where the line stays within this without them
 
 
@@ -37,18 +38,17 @@ def middle_line(geometries: list[Geometry], name: str, *, where: str) -> NDArray
             where=where,
         )
     number = np.clip(((along - along.min()) / length * round(length / SLICE_M)).astype(int), 0, None)
-    used = np.unique(number)
-    wide = np.array([np.ptp(across[number == k]) for k in used])
-    if wide.max() > 2 * np.median(wide) + 2 * SLICE_M:
-        x, y = (
-            middle + [along[number == used[wide.argmax()]].mean(), across[number == used[wide.argmax()]].mean()] @ axes
-        )
+    slices = [(along[number == k], across[number == k]) for k in np.unique(number)]
+    line = np.array([[a.mean(), b.mean()] for a, b in slices])
+    wide = np.array([np.ptp(b) for _, b in slices])
+    widest, usual = int(wide.argmax()), float(np.median(wide))
+    if wide[widest] > FOLDED * (usual + SLICE_M):
+        x, y = middle + line[widest] @ axes
         raise ScenarioError(
-            f"{name!r} turns back or steps aside about x {x:.1f}, y {y:.1f} m, where it takes {wide.max():.1f} m "
-            f"across its way, {np.median(wide):.1f} m elsewhere: it has no one middle line to follow; give waypoints",
+            f"{name!r} turns back or steps aside about x {x:.1f}, y {y:.1f} m, where it takes {wide[widest]:.1f} m "
+            f"across its way, {usual:.1f} m elsewhere: it has no one middle line to follow; give waypoints",
             where=where,
         )
-    line = np.array([[along[number == k].mean(), across[number == k].mean()] for k in used])
     line[0, 0], line[-1, 0] = along.min(), along.max()
     return np.asarray(middle + _thinned(line) @ axes)
 
